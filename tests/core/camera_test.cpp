@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "support/message_of.hpp"
+#include "support/walks.hpp"
 
 namespace sila {
 namespace {
@@ -113,13 +114,10 @@ std::vector<Trajectory> crowd(double speed, double noise, int seconds) {
   std::normal_distribution<double> normal(0.0, 1.0);
   std::vector<Trajectory> tracks;
   for (int id = 0; id < 20; ++id) {
-    Trajectory track{std::to_string(id), {}, {}};
-    for (int i = 0; i <= 10 * seconds; ++i) {
-      track.times_s.push_back(0.1 * i);
-      track.positions_m.emplace_back((id % 2 == 0 ? 0.1 * speed * i : 0.0) + noise * normal(random),
-                                     noise * normal(random));
-    }
-    tracks.push_back(std::move(track));
+    const auto position_at = [&](int i) {
+      return Vector2((id % 2 == 0 ? 0.1 * speed * i : 0.0) + noise * normal(random), noise * normal(random));
+    };
+    tracks.push_back(testing::sampled(10 * seconds + 1, 0.1, position_at, std::to_string(id)));
   }
   return tracks;
 }

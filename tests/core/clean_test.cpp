@@ -10,6 +10,7 @@
 
 #include "core/unit_warnings.hpp"
 #include "support/message_of.hpp"
+#include "support/walks.hpp"
 
 namespace sila {
 namespace {
@@ -297,12 +298,7 @@ TEST(DropReasons, AreInTheOrderOfTheEnumeration) {
 }
 
 Trajectory straight(double speed, double interval_s, double start) {
-  Trajectory track{"1", {}, {}};
-  for (int i = 0; i < 40; ++i) {
-    track.times_s.push_back(i * interval_s);
-    track.positions_m.emplace_back(start + speed * i * interval_s, start);
-  }
-  return track;
+  return testing::sampled(40, interval_s, [&](int i) { return Vector2(start + speed * i * interval_s, start); });
 }
 
 TEST(UnitWarnings, AreSilentOnWalkersInMetresAndSeconds) {

@@ -7,18 +7,15 @@
 
 #include "sila/train/episode.hpp"
 #include "support/message_of.hpp"
+#include "support/walks.hpp"
 
 namespace sila {
 namespace {
 
-Trajectory walk(const std::string& id, const Vector2& start_m, const Vector2& velocity_mps, double start_s = 0.0,
-                double seconds = 6.0) {
-  Trajectory track{id, {}, {}, 0};
-  for (int k = 0; 0.1 * k <= seconds; ++k) {
-    track.times_s.push_back(start_s + 0.1 * k);
-    track.positions_m.push_back(start_m + 0.1 * k * velocity_mps);
-  }
-  return track;
+/// For 6 s.
+Trajectory walk(const std::string& id, const Vector2& start_m, const Vector2& velocity_mps) {
+  return testing::sampled(
+      61, 0.1, [&](int k) { return Vector2(start_m + 0.1 * k * velocity_mps); }, id);
 }
 
 Matrix2 rotation(double angle) {

@@ -102,11 +102,8 @@ TEST(Sampling, NeverMakesAStaircaseOfCoarseTracks) {
 }
 
 TEST(Sampling, DoesNotDependOnTheOffsetOfTheClock) {
-  Trajectory track{"a", {}, {}};
-  for (int i = 0; i <= 200; ++i) {
-    track.times_s.push_back(0.1 * i);
-    track.positions_m.emplace_back(0.13 * i + 0.03 * std::sin(7.0 * i * i), 0.03 * std::cos(5.0 * i * i));
-  }
+  const Trajectory track = testing::sampled(
+      201, 0.1, [](int i) { return Vector2(0.13 * i + 0.03 * std::sin(7.0 * i * i), 0.03 * std::cos(5.0 * i * i)); });
   Trajectory later = track;
   for (double& t_s : later.times_s) t_s += 1000.0;
   for (std::size_t last = 50; last <= 200; ++last) {
@@ -175,11 +172,7 @@ TEST(Sampling, RejectsTracksThatBreakTheirInvariantAndMissingSamples) {
 }
 
 TEST(Sampling, RejectsIntervalsAndDensitiesOutOfRange) {
-  Trajectory track{"a", {}, {}};
-  for (int k = 0; k < 40; ++k) {
-    track.times_s.push_back(0.1 * k);
-    track.positions_m.emplace_back(0.1 * k, 0.0);
-  }
+  Trajectory track = testing::sampled(40, 0.1, [](int k) { return Vector2(0.1 * k, 0.0); });
   EXPECT_THROW(future(track, 40, 3, {}), std::invalid_argument);
   for (const double interval_s : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
     EXPECT_THROW(future(track, 3, 3, {.interval_s = interval_s}), std::invalid_argument) << interval_s;

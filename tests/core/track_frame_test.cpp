@@ -5,18 +5,16 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "support/walks.hpp"
+
 namespace sila {
 namespace {
 
 /// A path along a direction through a point, both ways of the point.
 FramedTrajectory along(const Vector2& middle_m, double angle_rad, double length_m) {
-  FramedTrajectory entry{{"1", {}, {}}, {}};
-  for (int i = -10; i <= 10; ++i) {
-    entry.track.times_s.push_back(0.1 * (i + 10));
-    entry.track.positions_m.push_back(middle_m +
-                                      Vector2(std::cos(angle_rad), std::sin(angle_rad)) * (i * length_m / 20));
-  }
-  return entry;
+  const Vector2 direction(std::cos(angle_rad), std::sin(angle_rad));
+  const auto position_at = [&](int i) { return Vector2(middle_m + direction * ((i - 10) * length_m / 20)); };
+  return {testing::sampled(21, 0.1, position_at), {}};
 }
 
 TEST(TrackFrame, HasItsOriginAtTheMedianAndItsAxesAlongTheSpread) {

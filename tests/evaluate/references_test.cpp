@@ -43,11 +43,8 @@ double end_error_m(const LinearReference& reference, const Window& window) {
 }
 
 TEST(References, ConstantVelocityIsThatOfTheRawTrack) {
-  Trajectory track{"a", {}, {}};
-  for (int k = 0; k < 60; ++k) {
-    track.times_s.push_back(0.2 * k);
-    track.positions_m.emplace_back(0.25 * k, k % 2 == 0 ? 0.3 : 0.0);  // jitter that smoothing would take away
-  }
+  const auto position_at = [](int k) { return Vector2(0.25 * k, k % 2 == 0 ? 0.3 : 0.0); };
+  const Trajectory track = testing::sampled(60, 0.2, position_at);  // with jitter that smoothing would take away
   const Window window =
       windows_of(std::vector<FramedTrajectory>{{track, testing::square_frame()}}, {}, {}, 100.0).at(0);
   EXPECT_EQ(window.past_m.back(), track.positions_m[16]);

@@ -29,12 +29,10 @@ double standing_nll(const std::vector<FramedTrajectory>& tracks) {
 TEST(Evaluate, FitsConstantVelocityToStandingAndMovingPeopleApart) {
   std::vector<FramedTrajectory> tracks;
   for (int i = 0; i < 5; ++i) {
-    Trajectory standing{"s" + std::to_string(i), {}, {}};
-    for (int k = 0; k < 150; ++k) {
-      standing.times_s.push_back(0.1 * k);
-      standing.positions_m.emplace_back(3.0 * i + 0.01 * std::sin(0.3 * k + i), 8.0 + 0.01 * std::cos(0.4 * k));
-    }
-    tracks.push_back({standing, testing::square_frame()});
+    const auto position_at = [&](int k) {
+      return Vector2(3.0 * i + 0.01 * std::sin(0.3 * k + i), 8.0 + 0.01 * std::cos(0.4 * k));
+    };
+    tracks.push_back({testing::sampled(150, 0.1, position_at, "s" + std::to_string(i)), testing::square_frame()});
   }
   const double alone = standing_nll(tracks);
   std::ranges::move(testing::corner_walks(20, 15), std::back_inserter(tracks));

@@ -160,11 +160,7 @@ TEST(GridVector, FindsEveryCrossedCellAndUnitHeadings) {
 
 TEST(GridVector, StandingPeopleHaveNoHeadingAndReversalsNoArrow) {
   const Grid grid{0.4, Vector2::Zero(), 8};
-  Trajectory standing{"s", {}, {}};
-  for (int k = 0; k < 50; ++k) {
-    standing.times_s.push_back(0.1 * k);
-    standing.positions_m.emplace_back(1.0, 1.0);
-  }
+  const Trajectory standing = testing::sampled(50, 0.1, [](int) { return Vector2(1.0, 1.0); });
   EXPECT_TRUE(
       to_grid_vector(resample(standing, testing::square_frame(2.5, CurbScaling::mean_width), {}), grid).path.empty());
   const Trajectory back = testing::walk("r", {{0, 0.5}, {3.5, 0.5}, {0, 0.5}}, 1.2);

@@ -108,11 +108,8 @@ TEST(Stacking, BelievesFewWindowsLess) {
 }
 
 TEST(Stacking, APersonWhoStandsBeforeANoisyTrackerDoesNotWalk) {
-  Trajectory standing{"x", {}, {}};
-  for (int i = 0; i <= 32; ++i) {
-    standing.times_s.push_back(0.1 * i);
-    standing.positions_m.emplace_back(0.15 * std::sin(2.0 * M_PI * 0.1 * i / 0.8), 0.0);
-  }
+  const auto position_at = [](int i) { return Vector2(0.15 * std::sin(2.0 * M_PI * 0.1 * i / 0.8), 0.0); };
+  const Trajectory standing = testing::sampled(33, 0.1, position_at);
   const CurbTrajectory observed = observe(standing, 32, testing::square_frame(), 3.2, {});
   EXPECT_GT(mean_speed_mps(observed), kSpeedClassLimits_mps[0]);
   EXPECT_EQ(speed_class(observed), 0);

@@ -7,6 +7,7 @@
 
 #include "sila/core/trajectory.hpp"
 #include "sila/sim/simulate.hpp"
+#include "support/walks.hpp"
 
 namespace sila {
 namespace {
@@ -75,12 +76,8 @@ TEST(CornerProposal, NeedsTenTracksAndTwoDirections) {
   std::vector<Trajectory> tracks;
   EXPECT_THROW(propose_corner(tracks), std::invalid_argument);
   for (int i = 0; i < 12; ++i) {
-    Trajectory track{std::to_string(i), {}, {}};
-    for (int k = 0; k < 40; ++k) {
-      track.times_s.push_back(0.25 * k);
-      track.positions_m.emplace_back(0.3 * k, 0.1 * i);
-    }
-    tracks.push_back(track);
+    const auto position_at = [&](int k) { return Vector2(0.3 * k, 0.1 * i); };
+    tracks.push_back(testing::sampled(40, 0.25, position_at, std::to_string(i)));
   }
   EXPECT_THROW(propose_corner(tracks), std::invalid_argument);
   for (Trajectory& track : tracks) {  // and too few that move

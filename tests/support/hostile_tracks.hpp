@@ -84,16 +84,6 @@ class HostileTracks {
     return walk("", {from, over, to}, speed_mps, 0.1, 0.02, static_cast<unsigned>(random_()));
   }
 
-  template <class Position>
-  static Trajectory sampled(int samples, double step_s, Position&& position) {
-    Trajectory track;
-    for (int k = 0; k < samples; ++k) {
-      track.times_s.push_back(step_s * k);
-      track.positions_m.emplace_back(position(k));
-    }
-    return track;
-  }
-
   Trajectory path(Hostile kind) {
     const Vector2 place = somewhere(14.0), way = somewhere(1.0);
     switch (kind) {

@@ -21,6 +21,17 @@ inline std::vector<FramedTrajectory> framed(const std::vector<Trajectory>& track
   return result;
 }
 
+/// A track of `samples` positions, the first at 0 s.
+template <class Position>
+Trajectory sampled(int samples, double interval_s, Position&& position_at, const std::string& id = "a") {
+  Trajectory track{id, {}, {}};
+  for (int k = 0; k < samples; ++k) {
+    track.times_s.push_back(interval_s * k);
+    track.positions_m.push_back(position_at(k));
+  }
+  return track;
+}
+
 /// A walk through way points at a constant speed, sampled every `interval_s`, with Gaussian noise.
 inline Trajectory walk(const std::string& id, const std::vector<Vector2>& way, double speed_mps,
                        double interval_s = 0.1, double noise_m = 0.0, unsigned seed = 1) {
