@@ -20,14 +20,17 @@ def program(*arguments):
     return run.stdout
 
 
+def unseen_in(folder):
+    return folder / "unseen.csv", "--scene", folder / "unseen.scene.json", "--model", folder / "m.sila"
+
+
 @pytest.fixture(scope="module", params=["acute", "t-junction"])
 def case(request, tmp_path_factory):
     """Simulated, learnt and written by the program."""
     folder = tmp_path_factory.mktemp("parity")
     for name, seed, tracks in (("seen", 3, 50), ("unseen", 4, 20)):
-        program(
-            "simulate", "--layout", request.param, "--tracks", tracks, "--seed", seed, "--out", folder / f"{name}.csv"
-        )
+        size = ("--tracks", tracks, "--seed", seed)
+        program("simulate", "--layout", request.param, *size, "--out", folder / f"{name}.csv")
     scene = folder / "seen.scene.json"
     program("learn", folder / "seen.csv", "--scene", scene, "--model", folder / "m.sila", *LEARN)
     return request.param, folder
@@ -60,15 +63,7 @@ def test_learning(case):
 def test_prediction(case):
     _, folder = case
     options = ["--every", "1.6", "--horizon", "3.4", "--observe", "2"]
-    lines = program(
-        "predict",
-        folder / "unseen.csv",
-        "--scene",
-        folder / "unseen.scene.json",
-        "--model",
-        folder / "m.sila",
-        *options,
-    )
+    lines = program("predict", *unseen_in(folder), *options)
     ours = sila.predict(
         sila.Model.load(folder / "m.sila"),
         folder / "unseen.csv",
@@ -82,17 +77,7 @@ def test_prediction(case):
 
 def test_evaluation(case):
     _, folder = case
-    printed = json.loads(
-        program(
-            "evaluate",
-            folder / "unseen.csv",
-            "--scene",
-            folder / "unseen.scene.json",
-            "--model",
-            folder / "m.sila",
-            "--json",
-        )
-    )
+    printed = json.loads(program("evaluate", *unseen_in(folder), "--json"))
     ours = sila.evaluate(sila.Model.load(folder / "m.sila"), folder / "unseen.csv", scene=folder / "unseen.scene.json")
     assert ours.groups == printed["groups"]
     assert ours.skipped == printed["skipped"]
