@@ -94,35 +94,29 @@ TEST(ConfigJson, DottedKeysAreGroups) {
 }
 
 TEST(ConfigJson, RejectsAnEarlierNameWithThePresentOne) {
-  const auto said = [](const json& given) {
-    return message_of<FormatError>([&] { apply_json(Config{}, given, "c.json"); });
+  const auto expect_said = [](const json& given, const std::string& expected, const std::string& found) {
+    EXPECT_EQ(message_of<FormatError>([&] { apply_json(Config{}, given, "c.json"); }),
+              "c.json: expected " + expected + ", found \"" + found + "\"");
   };
-  EXPECT_EQ(said({{"outlook", {{"knots", 3}}}}),
-            "c.json: expected residual (the new name of this field), found \"outlook\"");
-  EXPECT_EQ(said({{"predict.blend", false}}),
-            "c.json: expected predict.stacking (the new name of this field), found \"predict.blend\"");
-  EXPECT_EQ(said({{"learn", {{"field", {{"gp", {{"pseudo_inputs", "optimised"}}}}}}}}),
-            "c.json: expected learn.field (the new name of this field), found \"learn.field.gp\"");
-  EXPECT_EQ(said({{"compact", {{"enabled", false}}}}),
-            "c.json: expected prune (the new name of this field), found \"compact\"");
-  EXPECT_EQ(said({{"model", {{"max_bytes", 1e6}}}}),
-            "c.json: expected budget (the new name of this field), found \"model\"");
-  EXPECT_EQ(said({{"evaluate", {{"every_s", 1.0}}}}),
-            "c.json: expected evaluate.stride_s (the new name of this field), found \"evaluate.every_s\"");
-  EXPECT_EQ(said({{"predict", {{"leave_ratio", 0.5}}}}),
-            "c.json: expected a field that can be set (this one is a constant now), found \"predict.leave_ratio\"");
-  EXPECT_EQ(said({{"fleet.mean", "plain"}}),
-            "c.json: expected a field that can be set (this one is a constant now), found \"fleet.mean\"");
-  EXPECT_EQ(said({{"prune", {{"known_ratio", 0.5}}}}),
-            "c.json: expected a field that can be set (this one is a constant now), found \"prune.known_ratio\"");
-  EXPECT_EQ(said({{"predict", {{"alternative_weight", 0.01}}}}),
-            "c.json: expected a field that can be set (this one is a constant now), found "
-            "\"predict.alternative_weight\"");
+  const auto expect_renamed = [&](const json& given, const std::string& found, const std::string& present) {
+    expect_said(given, present + " (the new name of this field)", found);
+  };
+  expect_renamed({{"outlook", {{"knots", 3}}}}, "outlook", "residual");
+  expect_renamed({{"predict.blend", false}}, "predict.blend", "predict.stacking");
+  expect_renamed({{"learn", {{"field", {{"gp", {{"pseudo_inputs", "optimised"}}}}}}}}, "learn.field.gp", "learn.field");
+  expect_renamed({{"compact", {{"enabled", false}}}}, "compact", "prune");
+  expect_renamed({{"model", {{"max_bytes", 1e6}}}}, "model", "budget");
+  expect_renamed({{"evaluate", {{"every_s", 1.0}}}}, "evaluate.every_s", "evaluate.stride_s");
+
+  const std::string constant = "a field that can be set (this one is a constant now)";
+  expect_said({{"predict", {{"leave_ratio", 0.5}}}}, constant, "predict.leave_ratio");
+  expect_said({{"prune", {{"known_ratio", 0.5}}}}, constant, "prune.known_ratio");
+  expect_said({{"predict", {{"alternative_weight", 0.01}}}}, constant, "predict.alternative_weight");
+  expect_said({{"fleet.mean", "plain"}}, constant, "fleet.mean");
   for (const char* path : {"learn.dictionary.max_primitives", "learn.field.length_scale_m", "fuse.max_pseudo_inputs",
                            "prune.expire_after_episodes", "prune.half_life_episodes", "service.scored_pedestrians",
                            "service.max_track_samples"}) {
-    EXPECT_EQ(said({{path, 20}}), "c.json: expected a field that can be set (this one is a constant now), found \"" +
-                                      std::string(path) + "\"");
+    expect_said({{path, 20}}, constant, path);
   }
 }
 
