@@ -19,9 +19,7 @@ from test_experiments import SMALL, written
     [
         ({"trails": 3}, ["trails", "trials"]),
         ({"methods": [{"method": "sila", "confg": {}}]}, ["confg", "config"]),
-        ({"methods": ["silo"]}, ["silo", "sila"]),
         ({"methods": [{"method": "knn", "parameters": {"neighbour": 3}}]}, ["neighbour", "neighbours"]),
-        ({"methods": ["sila", "sila"]}, ["'sila' twice"]),
         ({"test_tracks": 100}, ["'four-way'", "75 tracks"]),
         ({"methods": [{"method": "sila", "config": {"predict": {"horizon_s": 3}}}]}, ["horizon_s"]),
         ({"scenes": []}, ["scenes"]),
@@ -105,7 +103,7 @@ PREDICTS = "def predict(self, windows): ..."
         (["format.py:Own"], "", ["format.py", "none.json"]),
         (["require.py:Own"], "open('none.npz')", ["require.py", "FileNotFoundError: ", "none.npz"]),
         (["require.py:Own"], "from sila import Modell", ["require.py", "cannot import name 'Modell'"]),
-        (["silo"], "", ["sila"]),
+        (["silo"], "", ["silo", "sila"]),
         (["sila", "sila"], "", ["'sila' twice"]),
         ([{"method": "sila", "name": 3}], "", ["method 1", 'a text "name"', "found 3"]),
         ([{"method": "sila", "thresholds": [0.5, "x"]}], "", ["e.json", "method 1, thresholds", "a number", '"x"']),
