@@ -31,69 +31,50 @@ static_assert(kVelocityWindows_s[kConstantVelocityFeature] == kConstantVelocityW
 
 using Coefficients = Eigen::Matrix<double, kStackedFeatures, 1>;
 
-/// Sums over the speed classes of each step, without people who stand: their small errors would outweigh all others.
-std::vector<RegressionMoments> over_walking_classes(const std::vector<RegressionMoments>& moments) {
-  std::vector<RegressionMoments> sums;
-  for (std::size_t cell = 0; cell < moments.size(); ++cell) {
-    const auto speed = static_cast<int>(cell) % kSpeedClasses;
-    if (motion_state(speed) == kStanding) continue;
-    if (speed == 1)
-      sums.push_back(moments[cell]);
-    else
-      add_sums(sums.back(), moments[cell]);
-  }
-  return sums;
-}
-
 /// Whether a feature needs more than was observed.
 bool missing(Eigen::Index feature, std::size_t observed_class) {
   return observed_class > 0 && feature < kEndFeature &&
          kVelocityWindows_s[feature] > kShorterObserved_s[observed_class - 1];
 }
 
-/// Ridge regression in every cell with `ridge_of(cell)` towards `prior(cell)` on the features that there are; the
-/// examples are weighted by the inverse of their variance.
-template <class Ridge, class Prior>
-std::vector<Coefficients> solve(const std::vector<RegressionMoments>& moments, std::size_t observed_class,
-                                Ridge&& ridge_of, Prior&& prior) {
-  std::vector<Coefficients> solved;
-  for (std::size_t cell = 0; cell < moments.size(); ++cell) {
-    const Coefficients towards = prior(cell);
-    if (moments[cell].weight <= 0.0) {
-      solved.push_back(towards);
-      continue;
-    }
-    const double ridge = ridge_of(cell);
-    Eigen::Matrix<double, kStackedFeatures, kStackedFeatures> matrix = moments[cell].features;
-    Coefficients products = moments[cell].products;
-    for (Eigen::Index i = 0; i < kStackedFeatures; ++i) {
-      if (!missing(i, observed_class)) continue;
-      matrix.row(i).setZero();
-      matrix.col(i).setZero();
-      products(i) = 0.0;
-    }
-    matrix.diagonal().array() += ridge;
-    const Coefficients coefficients = matrix.ldlt().solve(products + ridge * towards);
-    solved.push_back(coefficients.allFinite() ? coefficients : towards);
+/// Ridge regression towards `prior` on the features that there are; the examples are weighted by the inverse of their
+/// variance.
+Coefficients solve(const RegressionMoments& moments, std::size_t observed_class, double ridge,
+                   const Coefficients& prior) {
+  if (moments.weight <= 0.0) return prior;
+  Eigen::Matrix<double, kStackedFeatures, kStackedFeatures> matrix = moments.features;
+  Coefficients products = moments.products;
+  for (Eigen::Index i = 0; i < kStackedFeatures; ++i) {
+    if (!missing(i, observed_class)) continue;
+    matrix.row(i).setZero();
+    matrix.col(i).setZero();
+    products(i) = 0.0;
   }
-  return solved;
+  matrix.diagonal().array() += ridge;
+  const Coefficients coefficients = matrix.ldlt().solve(products + ridge * prior);
+  return coefficients.allFinite() ? coefficients : prior;
 }
 
-/// First all people who walk together, towards the residual GPs; then each class towards these coefficients.
-std::vector<Coefficients> solve(const ErrorStatistics& error_statistics,
-                                const std::vector<RegressionMoments>& of_walking, std::size_t observed_class) {
+/// The coefficients of each cell. First those of all people who walk together, towards the residual GPs: the small
+/// errors of people who stand would outweigh all others. Then those of each class towards these.
+std::vector<Coefficients> solve(const ErrorStatistics& error_statistics, std::size_t observed_class) {
   const Eigen::Index constant = missing(kConstantVelocityFeature, observed_class) ? 0 : kConstantVelocityFeature;
   const Coefficients before =
       kResidualShare * Coefficients::Unit(kResidualFeature) + (1.0 - kResidualShare) * Coefficients::Unit(constant);
   const double windows = std::max(1.0, error_statistics.density[kWalking].scale.weight);
   const double ridge = kRidge * (1.0 + square(kFewWindows / windows));
-  const std::vector<Coefficients> walking = solve(
-      of_walking, observed_class, [&](std::size_t) { return ridge; }, [&](std::size_t) { return before; });
-  const auto ridge_of = [](std::size_t cell) {
-    return motion_state(static_cast<int>(cell % kSpeedClasses)) == kStanding ? kStandingRidge : kClassRidge;
-  };
-  return solve(error_statistics.stacking, observed_class, ridge_of,
-               [&](std::size_t cell) { return walking[cell / kSpeedClasses]; });
+  std::vector<Coefficients> solved;
+  for (auto of_step = error_statistics.stacking.begin(); of_step != error_statistics.stacking.end();
+       of_step += kSpeedClasses) {
+    RegressionMoments walking = of_step[1];
+    for (int speed = 2; speed < kSpeedClasses; ++speed) add_sums(walking, of_step[speed]);
+    const Coefficients of_walking = solve(walking, observed_class, ridge, before);
+    for (int speed = 0; speed < kSpeedClasses; ++speed) {
+      const double class_ridge = motion_state(speed) == kStanding ? kStandingRidge : kClassRidge;
+      solved.push_back(solve(of_step[speed], observed_class, class_ridge, of_walking));
+    }
+  }
+  return solved;
 }
 
 /// Below this number of windows each slow class has a fixed choice: to stay, constant velocity at half the speed, and
@@ -222,9 +203,8 @@ Stacking::Stacking(const ErrorStatistics& error_statistics, const RefineConfig& 
       by_place_(error_statistics) {
   if (steps_ == 0) return;
   slow_choices_ = choices_of(error_statistics);
-  const std::vector<RegressionMoments> walking = over_walking_classes(error_statistics.stacking);
   for (std::size_t observed = 0; observed < kObservedClasses; ++observed)
-    coefficients_[observed] = solve(error_statistics, walking, observed);
+    coefficients_[observed] = solve(error_statistics, observed);
 }
 
 Vector2 Stacking::velocity_mps(const Features& features, std::size_t step, const ObservedFeatures& seen) const {
