@@ -1,7 +1,9 @@
 #include "coding_state.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <numeric>
+#include <optional>
 #include <set>
 
 #include "learn/sparse_coding.hpp"
@@ -45,14 +47,8 @@ struct TrackLasso {
   Eigen::VectorXd start;     ///< the present coefficients
 };
 
-/// Scratch memory with an entry for each primitive; all zero between tracks.
-struct Touched {
-  explicit Touched(const CodingState& state)
-      : products(state.primitives.size(), 0.0), overlaps(products.size(), false), used(products.size(), false) {}
-  std::vector<double> products;  ///< inner products with the track
-  std::vector<bool> overlaps;    ///< shares a cell with the track
-  std::vector<bool> used;        ///< by the present code of the track
-};
+/// For each primitive its inner product with a track; null if it shares no cell with it. All are null between tracks.
+using Products = std::vector<std::optional<double>>;
 
 /// Whether a coefficient of 0 stays 0 whatever the others are. No arrow is longer than its activeness, so all inner
 /// products of primitives are at least 0, and the others can only lower its gain.
@@ -60,45 +56,38 @@ bool stays_zero(double product) {
   return product <= DictionaryConfig::sparsity;
 }
 
+double coefficient_of(std::span<const Coefficient> code, int primitive) {
+  const auto used = std::ranges::lower_bound(code, primitive, {}, &Coefficient::primitive);
+  return used != code.end() && used->primitive == primitive ? used->value : 0.0;
+}
+
 TrackLasso track_lasso(const CodingProblem& problem, const CodingState& state, const Overlap& overlap,
-                       std::size_t track, Touched& touched) {
-  TrackLasso lasso;
+                       std::size_t track, Products& products) {
+  std::vector<int> touched;  // primitives that share a cell with the track
   for (const CellArrow& visit : problem.tracks[track]) {
     for (const Overlap::Entry& entry : overlap.at(visit.cell)) {
-      const auto k = static_cast<std::size_t>(entry.primitive);
-      if (!touched.overlaps[k]) {
-        lasso.primitives.push_back(entry.primitive);
-        touched.overlaps[k] = true;
-      }
-      touched.products[k] += entry.arrow->dot(visit.value);
+      std::optional<double>& product = products[static_cast<std::size_t>(entry.primitive)];
+      if (!product) touched.push_back(entry.primitive);
+      product = product.value_or(0.0) + entry.arrow->dot(visit.value);
     }
   }
-  for (const Coefficient& used : state.codes[track]) touched.used[static_cast<std::size_t>(used.primitive)] = true;
-  std::erase_if(lasso.primitives, [&](int primitive) {
-    const auto k = static_cast<std::size_t>(primitive);
-    const bool out = !touched.used[k] && stays_zero(touched.products[k]);
-    if (out) {
-      touched.products[k] = 0.0;
-      touched.overlaps[k] = false;
-    }
-    return out;
+  const std::vector<Coefficient>& code = state.codes[track];
+  const auto product_of = [&](int primitive) -> auto& {
+    return products[static_cast<std::size_t>(primitive)];
+  };
+  TrackLasso lasso;
+  std::ranges::copy_if(touched, std::back_inserter(lasso.primitives), [&](int primitive) {
+    return !stays_zero(*product_of(primitive)) || coefficient_of(code, primitive) > 0.0;
   });
-  std::sort(lasso.primitives.begin(), lasso.primitives.end());
-  const auto count = static_cast<Eigen::Index>(lasso.primitives.size());
-  lasso.products.resize(count);
-  for (Eigen::Index j = 0; j < count; ++j) {
-    const auto k = static_cast<std::size_t>(lasso.primitives[static_cast<std::size_t>(j)]);
-    lasso.products(j) = touched.products[k];
-    touched.products[k] = 0.0;
-    touched.overlaps[k] = false;
+  std::ranges::sort(lasso.primitives);
+  lasso.products.resize(std::ssize(lasso.primitives));
+  lasso.start.resizeLike(lasso.products);
+  for (Eigen::Index j = 0; j < lasso.start.size(); ++j) {
+    const int primitive = lasso.primitives[static_cast<std::size_t>(j)];
+    lasso.products(j) = *product_of(primitive);
+    lasso.start(j) = coefficient_of(code, primitive);
   }
-  lasso.start = Eigen::VectorXd::Zero(count);
-  for (const Coefficient& used : state.codes[track]) {
-    touched.used[static_cast<std::size_t>(used.primitive)] = false;
-    const auto place = std::lower_bound(lasso.primitives.begin(), lasso.primitives.end(), used.primitive);
-    if (place != lasso.primitives.end() && *place == used.primitive)
-      lasso.start(place - lasso.primitives.begin()) = used.value;
-  }
+  for (const int primitive : touched) product_of(primitive).reset();
   return lasso;
 }
 
@@ -149,10 +138,10 @@ CodingProblem::CodingProblem(std::span<const GridVector> vectors, const Grid& gr
 
 CodingState with_new_codes(const CodingProblem& problem, CodingState state) {
   const Overlap overlap = overlap_of(problem, state);
-  Touched touched(state);
+  Products products(state.primitives.size());
   state.objective = problem.energy;
   for (std::size_t i = 0; i < problem.tracks.size(); ++i) {
-    const TrackLasso lasso = track_lasso(problem, state, overlap, i, touched);
+    const TrackLasso lasso = track_lasso(problem, state, overlap, i, products);
     const LassoSolution code = nonnegative_lasso(TrackGram{overlap, lasso.primitives}, lasso.products,
                                                  DictionaryConfig::sparsity, lasso.start);
     state.codes[i] = code_of(lasso, code.s);
@@ -207,10 +196,10 @@ Overlap overlap_of(const CodingProblem& problem, const CodingState& state) {
 
 Removal removal_of(const CodingProblem& problem, const CodingState& state, const Overlap& overlap, int primitive) {
   Removal removal;
-  Touched touched(state);
+  Products products(state.primitives.size());
   for (std::size_t i = 0; i < state.codes.size(); ++i) {
     if (std::ranges::find(state.codes[i], primitive, &Coefficient::primitive) == state.codes[i].end()) continue;
-    TrackLasso lasso = track_lasso(problem, state, overlap, i, touched);
+    TrackLasso lasso = track_lasso(problem, state, overlap, i, products);
     const LassoSolution present{lasso.start, gram_times(TrackGram{overlap, lasso.primitives}, lasso.start)};
     const auto place =
         std::lower_bound(lasso.primitives.begin(), lasso.primitives.end(), primitive) - lasso.primitives.begin();
