@@ -4,7 +4,6 @@
 
 #include <iterator>
 #include <map>
-#include <optional>
 #include <set>
 #include <utility>
 
@@ -16,16 +15,6 @@ namespace sila {
 namespace {
 
 using Observed = std::map<TransitionKey, ObservedTransition>;
-
-/// The data of one component of each field's velocity, or of both.
-std::vector<GpData> gp_data(const Observed& observed, std::optional<Eigen::Index> component) {
-  std::vector<GpData> data;
-  for (const auto& [key, transition] : observed) {
-    data.push_back(transition.samples);
-    if (component) data.back().outputs = transition.samples.outputs.col(*component);
-  }
-  return data;
-}
 
 /// The initial hyperparameters of fields, in curb units of `width_m` metres.
 Hyperparameters starting_hyperparameters(double width_m) {
@@ -46,32 +35,31 @@ Eigen::AlignedBox2d box_of(const Eigen::MatrixXd& positions, const Eigen::Array2
   return {Vector2(step * (least / step).floor()), Vector2(step * (most / step).ceil())};
 }
 
-/// The GPs are fitted in parallel; the result does not depend on the number of threads.
+/// The fields are fitted in parallel; the result does not depend on the number of threads.
 std::vector<Transition> fit_transitions(const Observed& observed, const Hyperparameters& start, FieldOutputs outputs,
                                         const GpConfig& config) {
-  const bool independent = outputs == FieldOutputs::independent;
-  const auto fitted = [&](std::optional<Eigen::Index> component) {
-    const std::vector<GpData> data = gp_data(observed, component);
-    std::vector<SparseGp> gps(data.size());
-    tbb::parallel_for(std::size_t{0}, data.size(),
-                      [&](std::size_t i) { gps[i] = fit_sparse_gp(data[i], start, config); });
-    return gps;
-  };
-  std::vector<SparseGp> first = fitted(independent ? std::optional<Eigen::Index>(0) : std::nullopt), second;
-  if (independent) second = fitted(1);
   std::vector<Transition> transitions;
+  std::vector<const GpData*> samples;
   for (const auto& [key, observation] : observed) {
-    const std::size_t i = transitions.size();
     Transition& transition = transitions.emplace_back();
     transition.from = key.first;
     transition.to = key.second;
     transition.sites = observation.sites;
     transition.count = total_count(transition.sites);
     transition.support = static_cast<int>(transition.count);  // of one batch: each track once
-    transition.field.extent = box_of(observation.samples.inputs, config.lattice_step * first[i].kernel.length_scales);
-    transition.field.gp = std::move(first[i]);
-    if (independent) transition.field.gp_y = std::move(second[i]);
+    samples.push_back(&observation.samples);
   }
+  tbb::parallel_for(std::size_t{0}, transitions.size(), [&](std::size_t i) {
+    const auto& [positions, velocities] = *samples[i];
+    FlowField& field = transitions[i].field;
+    if (outputs == FieldOutputs::independent) {
+      field.gp = fit_sparse_gp({positions, velocities.col(0)}, start, config);
+      field.gp_y = fit_sparse_gp({positions, velocities.col(1)}, start, config);
+    } else {
+      field.gp = fit_sparse_gp(*samples[i], start, config);
+    }
+    field.extent = box_of(positions, config.lattice_step * field.gp.kernel.length_scales);
+  });
   return transitions;
 }
 
