@@ -15,9 +15,12 @@ namespace {
 /// The model while it is pruned: transitions keep their indices, and removed ones are not `kept`.
 struct PruningState {
   Model& model;
-  detail::OverlapIndex index;
-  std::vector<bool> kept;
-  std::vector<bool> changed;  ///< in this round: the next round compares only pairs with a changed transition
+  const FuseConfig& fusing;
+  const ResidualConfig& residual;
+  detail::OverlapIndex index{model.transitions};
+  std::vector<bool> kept = std::vector<bool>(model.transitions.size(), true);
+  /// In this round: the next round compares only pairs with a changed transition.
+  std::vector<bool> changed = std::vector<bool>(model.transitions.size(), false);
 };
 
 /// The transition that subsumes `rare` with the least difference; none if none does. Its count is at least that of
@@ -42,33 +45,32 @@ std::optional<std::size_t> best_subsumer(PruningState& state, std::size_t rare, 
   return best;
 }
 
-void subsume(PruningState& state, std::size_t rare, std::size_t into, const FuseConfig& fusing,
-             const ResidualConfig& residual) {
-  Transition& target = state.model.transitions[into];
+/// Merges a transition into its best subsumer; returns whether there is one.
+bool subsume(PruningState& state, std::size_t rare, const std::vector<bool>& compared, double agreement,
+             bool more_often) {
+  const auto into = best_subsumer(state, rare, compared, agreement, more_often);
+  if (!into) return false;
+  Transition& target = state.model.transitions[*into];
   const Transition& source = state.model.transitions[rare];
   const FieldSource both[] = {{&target}, {&source}};
-  std::vector<SiteCount> sites = target.sites;
-  for (const SiteCount& part : source.sites) add_count(sites, part);
-  Transition fused{target.from,
-                   target.to,
-                   target.count + source.count,
-                   fuse_fields(both, fusing.gp),
-                   std::move(sites),
-                   std::max(target.support, source.support)};
-  target = std::move(fused);
+  target.field = fuse_fields(both, state.fusing.gp);
+  target.count += source.count;
+  for (const SiteCount& part : source.sites) add_count(target.sites, part);
+  target.support = std::max(target.support, source.support);
   if (std::vector<SparseGp>& residuals = state.model.refinement.residuals; !residuals.empty()) {
-    const GpSource sources[] = {{&residuals[into]}, {&residuals[rare]}};
-    residuals[into] = fuse_sources(sources, residual_gp_config(residual));
+    const GpSource sources[] = {{&residuals[*into]}, {&residuals[rare]}};
+    residuals[*into] = fuse_sources(sources, residual_gp_config(state.residual));
   }
   state.kept[rare] = false;
   state.index.remove(rare);
-  state.index.replace(into);
-  state.changed[into] = true;
+  state.index.replace(*into);
+  state.changed[*into] = true;
+  return true;
 }
 
 /// Merges rare transitions into those that agree best, until no pair agrees: a transition that grew may agree with
 /// further ones. Returns the number of merged transitions.
-int subsume_rare(PruningState& state, double max_count, const FuseConfig& fusing, const ResidualConfig& residual) {
+int subsume_rare(PruningState& state) {
   const double agreement = PruneConfig::agreement_mps / state.model.settings.reference_width_m;
   std::vector<std::size_t> order = indices(state.model.transitions.size());
   int subsumed = 0;
@@ -78,11 +80,8 @@ int subsume_rare(PruningState& state, double max_count, const FuseConfig& fusing
     std::ranges::stable_sort(order, {},
                              [&](std::size_t i) { return state.model.transitions[i].count; });  // the rarest first
     for (const std::size_t rare : order) {
-      if (!state.kept[rare] || state.model.transitions[rare].count > max_count) continue;
-      const auto subsumer = best_subsumer(state, rare, compared, agreement, false);
-      if (!subsumer) continue;
-      subsume(state, rare, *subsumer, fusing, residual);
-      ++subsumed;
+      const bool eligible = state.kept[rare] && state.model.transitions[rare].count <= PruneConfig::max_count;
+      if (eligible && subsume(state, rare, compared, agreement, false)) ++subsumed;
     }
   }
   return subsumed;
@@ -90,19 +89,15 @@ int subsume_rare(PruningState& state, double max_count, const FuseConfig& fusing
 
 /// Merges each transition without recent observations into the more frequent one that knows its place and differs
 /// least; returns how many.
-int subsume_old(PruningState& state, const PruneConfig& config, const FuseConfig& fusing,
-                const ResidualConfig& residual) {
+int subsume_old(PruningState& state, double expire_count) {
   int subsumed = 0;
   constexpr double any_difference = std::numeric_limits<double>::infinity();
   const std::vector<bool> all(state.model.transitions.size(), true);
   for (std::size_t i = 0; i < state.model.transitions.size(); ++i) {
     const Transition& old = state.model.transitions[i];
-    if (!state.kept[i] || old.count > config.expire_count) continue;
-    if (age_episodes(old.sites, state.model.sites) < config.expire_after_episodes) continue;
-    const auto subsumer = best_subsumer(state, i, all, any_difference, true);
-    if (!subsumer) continue;
-    subsume(state, i, *subsumer, fusing, residual);
-    ++subsumed;
+    if (!state.kept[i] || old.count > expire_count) continue;
+    if (age_episodes(old.sites, state.model.sites) < PruneConfig::expire_after_episodes) continue;
+    if (subsume(state, i, all, any_difference, true)) ++subsumed;
   }
   return subsumed;
 }
@@ -110,13 +105,12 @@ int subsume_old(PruningState& state, const PruneConfig& config, const FuseConfig
 }  // namespace
 
 PruneResult prune(Model model, const PruneConfig& config, const FuseConfig& fusing, const ResidualConfig& residual) {
-  const std::size_t primitives = model.primitives.size(), transitions = model.transitions.size();
+  const std::size_t primitives = model.primitives.size();
   if (!config.enabled) return {std::move(model), {}, indices<int>(primitives)};
-  PruningState state{model, detail::OverlapIndex(model.transitions), std::vector<bool>(transitions, true),
-                     std::vector<bool>(transitions, false)};
+  PruningState state{model, fusing, residual};
   PruneReport report;
-  report.subsumed = subsume_rare(state, config.max_count, fusing, residual);
-  report.subsumed += subsume_old(state, config, fusing, residual);
+  report.subsumed = subsume_rare(state);
+  report.subsumed += subsume_old(state, config.expire_count);
   std::vector<int> kept = detail::remove_transitions(model, state.kept);
   report.primitives = static_cast<int>(primitives - model.primitives.size());
   return {std::move(model), report, std::move(kept)};
