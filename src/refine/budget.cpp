@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "core/concatenate.hpp"
@@ -82,45 +83,34 @@ void evict(SubsumptionTable& table, const Transition& transition, std::size_t i,
   report.count += transition.count;
 }
 
-/// For each primitive the sum of the worth of its transitions; negative if it has none.
-std::vector<double> worth_of_primitives(const SubsumptionTable& table, const Model& model) {
-  std::vector<double> sums(model.primitives.size(), -1.0);
+/// For each primitive that has transitions the sum of their worth.
+std::map<int, double> worth_of_primitives(const SubsumptionTable& table, const Model& model) {
+  std::map<int, double> sums;
   for (std::size_t i = 0; i < model.transitions.size(); ++i) {
     if (!table.kept[i]) continue;
-    const Transition& transition = model.transitions[i];
     const double here = worth(table, model.transitions, i);
-    for (const int p : {transition.from, transition.to}) {
-      double& sum = sums[static_cast<std::size_t>(p)];
-      sum = std::max(sum, 0.0) + here;
-    }
+    sums[model.transitions[i].from] += here;
+    sums[model.transitions[i].to] += here;
   }
   return sums;
 }
 
 void keep_to_primitives(SubsumptionTable& table, const Model& model, double most, BudgetReport& report) {
-  while (true) {
-    const std::vector<double> sums = worth_of_primitives(table, model);
-    const auto touched = std::count_if(sums.begin(), sums.end(), [](double sum) { return sum >= 0.0; });
-    if (static_cast<double>(touched) <= most) return;
-    std::size_t least = sums.size();
-    for (std::size_t p = 0; p < sums.size(); ++p) {
-      if (sums[p] >= 0.0 && (least == sums.size() || sums[p] < sums[least])) least = p;
-    }
+  for (auto sums = worth_of_primitives(table, model); static_cast<double>(sums.size()) > most;
+       sums = worth_of_primitives(table, model)) {
+    const int least = std::ranges::min_element(sums, {}, [](const auto& entry) { return entry.second; })->first;
     for (std::size_t i = 0; i < model.transitions.size(); ++i) {
       const Transition& transition = model.transitions[i];
-      const auto p = static_cast<int>(least);
-      if (table.kept[i] && (transition.from == p || transition.to == p)) evict(table, transition, i, report);
+      if (table.kept[i] && (transition.from == least || transition.to == least)) evict(table, transition, i, report);
     }
   }
 }
 
 /// Bytes of the primitives that have transitions.
 double bytes_of_primitives(const SubsumptionTable& table, const Model& model) {
-  const std::vector<double> sums = worth_of_primitives(table, model);
   double bytes = 0.0;
-  for (std::size_t p = 0; p < sums.size(); ++p) {
-    if (sums[p] >= 0.0) bytes += static_cast<double>(packed_bytes(model.primitives[p]));
-  }
+  for (const auto& [primitive, sum] : worth_of_primitives(table, model))
+    bytes += static_cast<double>(packed_bytes(model.primitives[static_cast<std::size_t>(primitive)]));
   return bytes;
 }
 
@@ -148,18 +138,16 @@ double bytes_of_transitions(const SubsumptionTable& table) {
 }
 
 void keep_to_bytes(SubsumptionTable& table, Model& model, double most, BudgetReport& report) {
-  const std::size_t count = model.transitions.size();
   reduce_residuals(table, model, bytes_of_transitions(table) + bytes_of_primitives(table, model) - most, report);
-  double transitions = bytes_of_transitions(table);
+  const std::vector<std::size_t> all = indices(model.transitions.size());
+  const auto worth_per_byte = [&](std::size_t i) {
+    return table.kept[i] ? worth(table, model.transitions, i) / table.bytes[i] : HUGE_VAL;
+  };
+  double transitions = bytes_of_transitions(table);  // whole numbers: 0 once none is left
   while (transitions > 0.0 && transitions + bytes_of_primitives(table, model) > most) {
-    const auto worth_per_byte = [&](std::size_t i) { return worth(table, model.transitions, i) / table.bytes[i]; };
-    std::size_t least = count;
-    for (std::size_t i = 0; i < count; ++i) {
-      if (table.kept[i] && (least == count || worth_per_byte(i) < worth_per_byte(least))) least = i;
-    }
-    transitions = std::max(0.0, transitions - table.bytes[least]);
+    const std::size_t least = *std::ranges::min_element(all, {}, worth_per_byte);
+    transitions -= table.bytes[least];
     evict(table, model.transitions[least], least, report);
-    if (std::find(table.kept.begin(), table.kept.end(), true) == table.kept.end()) return;
   }
 }
 
