@@ -20,11 +20,8 @@ using Parts = std::vector<const SparseGp*>;
 
 void require_parts(std::span<const SparseGp* const> parts, const GpData& data,
                    const std::optional<Hyperparameters>& data_hyperparameters) {
-  if (parts.empty() && !data_hyperparameters)
-    throw invalid_argument("fuse_gps: parts is empty, so data_hyperparameters must be given");
-  const Eigen::Index outputs = parts.empty() ? data.outputs.cols() : parts.front()->mean.size();
-  const Eigen::Index inputs =
-      parts.empty() ? data_hyperparameters->kernel.length_scales.size() : parts.front()->pseudo_inputs.rows();
+  if (parts.empty()) throw invalid_argument("fuse_gps: parts is empty, there must be one");
+  const Eigen::Index inputs = parts.front()->pseudo_inputs.rows(), outputs = parts.front()->mean.size();
   for (const SparseGp* part : parts) {
     validate(*part);
     if (part->pseudo_inputs.rows() == inputs && part->mean.size() == outputs) continue;
@@ -42,13 +39,11 @@ Eigen::ArrayXd theta_of(const Kernel& kernel, double noise_variance) {
   return theta;
 }
 
-/// The points-weighted log mean, bit-identical if all agree. Data without points count only if there is no part.
-/// Precondition: a part or `of_data`; each part has a point.
+/// The points-weighted log mean, bit-identical if all agree. Precondition: a part, and each part has a point.
 Hyperparameters fused_hyperparameters(std::span<const SparseGp* const> parts,
                                       const std::optional<Hyperparameters>& of_data = std::nullopt,
                                       double data_points = 0.0) {
-  const Eigen::ArrayXd first = parts.empty() ? theta_of(of_data->kernel, of_data->noise_variance)
-                                             : theta_of(parts.front()->kernel, parts.front()->noise_variance);
+  const Eigen::ArrayXd first = theta_of(parts.front()->kernel, parts.front()->noise_variance);
   Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(first.size());
   Eigen::Array<bool, Eigen::Dynamic, 1> same = first == first;
   double weights = 0.0;
@@ -58,8 +53,7 @@ Hyperparameters fused_hyperparameters(std::span<const SparseGp* const> parts,
     weights += weight;
   };
   for (const SparseGp* part : parts) add(theta_of(part->kernel, part->noise_variance), part->points);
-  if (of_data && (data_points > 0.0 || parts.empty()))
-    add(theta_of(of_data->kernel, of_data->noise_variance), std::max(data_points, 1.0));
+  if (of_data && data_points > 0.0) add(theta_of(of_data->kernel, of_data->noise_variance), data_points);
   const Eigen::ArrayXd means = (sum / weights).unaryExpr([](double mean) { return std::exp(mean); });
   const Eigen::ArrayXd fused = same.select(first, means);  // equal numbers stay as they are, bit for bit
   return {{fused(0), fused.tail(fused.size() - 2)}, fused(1)};
@@ -207,16 +201,11 @@ SparseGp fuse_gps(std::span<const SparseGp* const> parts, const GpData& data, co
   Parts known;
   std::copy_if(parts.begin(), parts.end(), std::back_inserter(known), [](const SparseGp* p) { return p->points > 0; });
   if (data.inputs.cols() == 0 && known.size() == 1) return *known.front();
-  if (data.inputs.cols() == 0 && known.empty() && !parts.empty()) return *parts.front();
+  if (data.inputs.cols() == 0 && known.empty()) return *parts.front();
   const double data_points = static_cast<double>(data.inputs.cols());
-  // If no part has data, the theta of an empty part is used.
-  const bool theta_known = !known.empty() || data_hyperparameters;
-  const Hyperparameters theta = theta_known ? fused_hyperparameters(known, data_hyperparameters, data_points)
-                                            : Hyperparameters{parts.front()->kernel, parts.front()->noise_variance};
-  if (data_points == 0.0 && known.empty())
-    return prior_gp(theta.kernel, theta.noise_variance, Eigen::MatrixXd(theta.kernel.length_scales.size(), 0),
-                    Eigen::VectorXd::Zero(data.outputs.cols()));
-
+  const Hyperparameters without_data{parts.front()->kernel, parts.front()->noise_variance};
+  const Hyperparameters theta = known.empty() ? data_hyperparameters.value_or(without_data)
+                                              : fused_hyperparameters(known, data_hyperparameters, data_points);
   Basis basis = fused_basis(known, data, theta.kernel, config);
   const Eigen::MatrixXd& lower = basis.lower;
   SparseGp fused = detail::unchecked_prior(theta.kernel, theta.noise_variance, basis.pseudo_inputs,

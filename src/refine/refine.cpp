@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "fuse/fuse_fields.hpp"
+#include "gp/fit.hpp"
 #include "gp/fuse_gps.hpp"
 #include "learn/transitions.hpp"
 
@@ -83,7 +84,7 @@ LearnResult with_residuals(LearnResult learnt, const Batch& batch, const Residua
   tbb::parallel_for(std::size_t{0}, model.transitions.size(), [&](std::size_t i) {
     const auto found = samples.find({model.transitions[i].from, model.transitions[i].to});
     if (found == samples.end()) return;
-    refinement.residuals[i] = fuse_gps({}, found->second, residual_gp_config(config), hyperparameters);
+    refinement.residuals[i] = fit_sparse_gp(found->second, hyperparameters, residual_gp_config(config));
     increment.residual_samples[i] = std::move(found->second);
   });
   return learnt;

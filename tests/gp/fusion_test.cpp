@@ -245,14 +245,15 @@ TEST(FuseGps, WithDataOnOldGroundIsExactlyConditioning) {
       1e-10, make);
 }
 
-TEST(FuseGps, FromNothingIsAFit) {
+TEST(FuseGps, OfDataAndAPartWithoutPointsIsAFit) {
   Generator make(9);
   const Hyperparameters theta = make.hyperparameters(2);
   const GpData data = make.data(2, 50, 2);
-  const SparseGp fused = fuse_gps({}, data, {}, theta);
+  const SparseGp empty = fit_sparse_gp(nothing(), make.hyperparameters(2));
+  const SparseGp fused = fuse_gps(std::array{&empty}, data, {}, theta);
   expect_same_predictions(fused, fit_sparse_gp(data, theta), 1e-10, make);
   EXPECT_EQ(fused.points, 50.0);
-  EXPECT_THROW(fuse_gps({}, data), std::invalid_argument);
+  EXPECT_THROW(fuse_gps({}, data, {}, theta), std::invalid_argument);
 }
 
 TEST(FuseGps, OfPartsWithOnePointIsTheirMean) {
