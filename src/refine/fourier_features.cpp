@@ -43,9 +43,10 @@ void add_to_share(RegressionMoments& past, double square, double product, double
 KnotErrors knot_errors(std::span<const Vector2> errors_mps) {
   KnotErrors knots;
   double square = 0.0;
-  for (std::size_t k = 0; k < kCorrectionKnots; ++k) {  // the first step at or after the knot
-    knots.at_mps[k] = errors_mps[((k + 1) * errors_mps.size() + kCorrectionKnots - 1) / kCorrectionKnots - 1];
-    square += knots.at_mps[k].squaredNorm() / kCorrectionKnots;
+  for (Eigen::Index k = 0; k < kCorrectionKnots; ++k) {
+    const std::size_t end = static_cast<std::size_t>(k + 1) * errors_mps.size();
+    knots.at_mps.col(k) = errors_mps[(end + kCorrectionKnots - 1) / kCorrectionKnots - 1];  // at or after the knot
+    square += knots.at_mps.col(k).squaredNorm() / kCorrectionKnots;
   }
   knots.weight = 1.0 / (1.0 + square / (kTypicalError_mps * kTypicalError_mps));
   return knots;

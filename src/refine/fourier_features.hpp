@@ -12,16 +12,13 @@
 
 namespace sila {
 
-/// Velocities to add to the mean velocity from t0 to each of kCorrectionKnots times ahead [m/s], in the world frame.
-struct VelocityCorrection {
-  std::array<Vector2, kCorrectionKnots> knots_mps = zero();
-  double knot_interval_s = 1.0;
+/// A vector at each of kCorrectionKnots times ahead, one a column.
+using Knots = Eigen::Matrix<double, 2, kCorrectionKnots>;
 
-  static std::array<Vector2, kCorrectionKnots> zero() {
-    std::array<Vector2, kCorrectionKnots> zeros;
-    zeros.fill(Vector2::Zero());
-    return zeros;
-  }
+/// Velocities to add to the mean velocity from t0 to each time [m/s], in the world frame.
+struct VelocityCorrection {
+  Knots knots_mps = Knots::Zero();
+  double knot_interval_s = 1.0;
 
   Vector2 at(double seconds) const { return interpolated(knots_mps, knot_interval_s, seconds); }
 };
@@ -71,7 +68,7 @@ void add_to_share(RegressionMoments& past, double square, double product, double
 
 /// Errors of mean velocities at the knots of a correction [m/s].
 struct KnotErrors {
-  std::array<Vector2, kCorrectionKnots> at_mps;
+  Knots at_mps;
   /// Weight of the window in the regression: windows with large errors count less.
   double weight = 1.0;
 };

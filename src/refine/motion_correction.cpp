@@ -68,21 +68,14 @@ VelocityCorrection MotionRegression::error(const MotionInput& input, double hori
   if (empty()) return found;
   const SymmetricFeatures features = symmetric_features(input);
   const KnotValues along = along_.lazyProduct(features.even), to_left = to_left_.lazyProduct(features.odd);
-  for (int k = 0; k < kCorrectionKnots; ++k)
-    found.knots_mps[static_cast<std::size_t>(k)] = along(k) * input.heading + to_left(k) * left_of(input.heading);
+  found.knots_mps = input.heading * along.transpose() + left_of(input.heading) * to_left.transpose();
   return found;
 }
 
 void add_window(MotionMoments& moments, const MotionInput& input, const KnotErrors& errors) {
-  KnotValues along, to_left;
-  for (int k = 0; k < kCorrectionKnots; ++k) {
-    const Vector2& error = errors.at_mps[static_cast<std::size_t>(k)];
-    along(k) = input.heading.dot(error);
-    to_left(k) = cross(input.heading, error);
-  }
   const SymmetricFeatures features = symmetric_features(input);
-  add_examples(moments[0], features.even, along.transpose(), errors.weight);
-  add_examples(moments[1], features.odd, to_left.transpose(), errors.weight);
+  add_examples(moments[0], features.even, input.heading.transpose() * errors.at_mps, errors.weight);
+  add_examples(moments[1], features.odd, left_of(input.heading).transpose() * errors.at_mps, errors.weight);
 }
 
 MotionCorrection::MotionCorrection(const ErrorStatistics& error_statistics)
@@ -92,7 +85,7 @@ MotionCorrection::MotionCorrection(const ErrorStatistics& error_statistics)
 VelocityCorrection MotionCorrection::correction(const MotionInput& input, double horizon_s) const {
   if (share_ == 0.0) return {};
   VelocityCorrection correction = regression_.error(input, horizon_s);
-  for (Vector2& knot_mps : correction.knots_mps) knot_mps *= share_;
+  correction.knots_mps *= share_;
   return correction;
 }
 
@@ -103,9 +96,9 @@ void MotionCorrection::add_window(ErrorStatistics& error_statistics, const Motio
   if (regression_.empty()) return;
   const VelocityCorrection known = regression_.error(input, 1.0);
   double square = 0.0, product = 0.0;
-  for (std::size_t k = 0; k < kCorrectionKnots; ++k) {
-    square += known.knots_mps[k].squaredNorm();
-    product += known.knots_mps[k].dot(errors.at_mps[k]);
+  for (Eigen::Index k = 0; k < kCorrectionKnots; ++k) {
+    square += known.knots_mps.col(k).squaredNorm();
+    product += known.knots_mps.col(k).dot(errors.at_mps.col(k));
   }
   add_to_share(error_statistics.motion_share, square, product, errors.weight);
 }

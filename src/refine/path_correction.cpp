@@ -20,7 +20,8 @@ constexpr double kLatticePoints = 6.0;
 /// along the first curb and to the left of it, from the corner, in length scales.
 using CorrectionInput = Eigen::Matrix<double, 6, 1>;
 
-using Knots = Eigen::Matrix<double, 2 * kCorrectionKnots, 1>;
+/// x and y at each knot.
+using KnotVector = Eigen::Matrix<double, 2 * kCorrectionKnots, 1>;
 using FourierFeatures = Eigen::Matrix<double, kCorrectionFeatures, 1>;
 
 FourierFeatures fourier_features(const CorrectionInput& input) {
@@ -54,10 +55,9 @@ VelocityCorrection PathCorrection::correction(const CurbTrajectory& observed, co
   correction.knot_interval_s = horizon_s / kCorrectionKnots;
   if (share_ == 0.0) return correction;
   const FourierFeatures features = fourier_features(correction_input(observed, to_horizon_mps, horizon_s));
-  const Knots knots = coefficients_.lazyProduct(features);
+  const KnotVector at_site_mps = coefficients_.lazyProduct(features);
   const Matrix2 axes = share_ * axes_along(observed.frame.axis_1);
-  for (int k = 0; k < kCorrectionKnots; ++k)
-    correction.knots_mps[static_cast<std::size_t>(k)] = axes * knots.segment<2>(2 * k);
+  correction.knots_mps = axes * Knots::Map(at_site_mps.data());
   return correction;
 }
 
@@ -66,14 +66,12 @@ void PathCorrection::add_window(ErrorStatistics& error_statistics, const CurbTra
   const double horizon_s = static_cast<double>(errors_mps.size()) * error_statistics.interval_s;
   const Matrix2 to_site = axes_along(observed.frame.axis_1).transpose();
   const KnotErrors errors = knot_errors(errors_mps);
-  Knots errors_at_site_mps;
-  for (std::size_t k = 0; k < kCorrectionKnots; ++k)
-    errors_at_site_mps.segment<2>(2 * static_cast<Eigen::Index>(k)) = to_site * errors.at_mps[k];
+  const KnotVector errors_at_site_mps = (to_site * errors.at_mps).reshaped();
   const CorrectionInput input = correction_input(observed, to_horizon_mps, horizon_s);
   const FourierFeatures features = fourier_features((kLatticePoints * input).array().round() / kLatticePoints);
   add_examples(error_statistics.correction, features, errors_at_site_mps.transpose(), errors.weight);
   if (coefficients_.size() == 0) return;
-  const Knots known_mps = coefficients_ * features;
+  const KnotVector known_mps = coefficients_ * features;
   add_to_share(error_statistics.correction_share, known_mps.squaredNorm(), known_mps.dot(errors_at_site_mps),
                errors.weight);
 }

@@ -68,13 +68,13 @@ GpConfig residual_gp_config(const ResidualConfig& config) {
   return gp;
 }
 
-Vector2 interpolated(std::span<const Vector2> knots_mps, double interval_s, double seconds) {
-  if (knots_mps.empty()) return Vector2::Zero();
-  const double place = std::clamp(seconds / interval_s - 1.0, 0.0, static_cast<double>(knots_mps.size() - 1));
-  const auto before = static_cast<std::size_t>(place);
-  const std::size_t after = std::min(before + 1, knots_mps.size() - 1);
+Vector2 interpolated(const Eigen::Ref<const Eigen::Matrix2Xd>& knots_mps, double interval_s, double seconds) {
+  const Eigen::Index last = knots_mps.cols() - 1;
+  if (last < 0) return Vector2::Zero();
+  const double place = std::clamp(seconds / interval_s - 1.0, 0.0, static_cast<double>(last));
+  const auto before = static_cast<Eigen::Index>(place);
   const double share = place - std::floor(place);
-  return (1.0 - share) * knots_mps[before] + share * knots_mps[after];
+  return (1.0 - share) * knots_mps.col(before) + share * knots_mps.col(std::min(before + 1, last));
 }
 
 std::span<const ExpertPrediction> predict_experts(const ResidualIndex& index, std::span<const int> near,
@@ -101,21 +101,21 @@ std::span<const ExpertPrediction> predict_experts(const ResidualIndex& index, st
 ResidualPrediction combine(const ResidualIndex& index, const CurbTrajectory& observed,
                            std::span<const ExpertPrediction> experts, std::span<const int> excluded, Scratch& scratch) {
   ResidualPrediction residual_prediction;
-  const auto knots = static_cast<std::size_t>(index.knots());
+  const Eigen::Index knots = index.knots();
   if (knots == 0) return residual_prediction;
-  const auto residuals = scratch.array<Vector2>(knots);
-  std::fill(residuals.begin(), residuals.end(), Vector2::Zero());
+  const auto numbers = scratch.array<double>(static_cast<std::size_t>(2 * knots));
+  auto residuals = Eigen::Matrix2Xd::Map(numbers.data(), 2, knots);
+  residuals.setZero();
   double gain = 0.0;
   for (const ExpertPrediction& expert : experts) {
     if (std::find(excluded.begin(), excluded.end(), expert.transition) != excluded.end()) continue;
-    for (std::size_t knot = 0; knot < knots; ++knot)
-      residuals[knot] += Vector2(expert.weighted_mean[2 * knot], expert.weighted_mean[2 * knot + 1]);
+    residuals += Eigen::Matrix2Xd::Map(expert.weighted_mean.data(), 2, knots);
     gain += expert.gain;
     residual_prediction.effective_samples += expert.effective_samples;
   }
-  for (Vector2& residual : residuals) residual = velocity_to_world(observed.frame, residual / (1.0 + gain));
+  for (auto residual : residuals.colwise()) residual = velocity_to_world(observed.frame, residual / (1.0 + gain));
   residual_prediction.knot_interval_s = index.horizon_s() / static_cast<double>(knots);
-  residual_prediction.residuals_mps = residuals;
+  residual_prediction.residuals_mps = numbers;
   return residual_prediction;
 }
 

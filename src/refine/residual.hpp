@@ -53,18 +53,21 @@ class ResidualIndex {
   std::vector<std::optional<Expert>> experts_;
 };
 
-/// A velocity at `seconds`, of those at knots `interval_s` apart, the first after one interval: linear between knots,
-/// constant before the first and after the last. Zero without knots.
-Vector2 interpolated(std::span<const Vector2> knots_mps, double interval_s, double seconds);
+/// A velocity at `seconds`, of those at knots `interval_s` apart, the first after one interval, one a column: linear
+/// between knots, constant before the first and after the last. Zero without knots.
+Vector2 interpolated(const Eigen::Ref<const Eigen::Matrix2Xd>& knots_mps, double interval_s, double seconds);
 
 /// Predicted deviation of a path from constant velocity.
 struct ResidualPrediction {
-  std::span<const Vector2> residuals_mps;  ///< world frame, at each knot; none if the model has no residual GPs
+  std::span<const double> residuals_mps;  ///< world frame, x and y at each knot; none if the model has no residual GPs
   double knot_interval_s = 1.0;
   double effective_samples = 0.0;  ///< effective number of samples of all experts together
 
   /// Mean velocity from t0 to `seconds` later minus constant velocity [m/s].
-  Vector2 residual_mps(double seconds) const { return interpolated(residuals_mps, knot_interval_s, seconds); }
+  Vector2 residual_mps(double seconds) const {
+    const auto knots = static_cast<Eigen::Index>(residuals_mps.size() / 2);
+    return interpolated(Eigen::Matrix2Xd::Map(residuals_mps.data(), 2, knots), knot_interval_s, seconds);
+  }
 };
 
 /// The prediction of one transition's residual GP, as terms of the sums of the committee (`combine`).

@@ -235,7 +235,7 @@ Corrections Stacking::corrections(const CurbTrajectory& observed, const Observed
   const double horizon_s = static_cast<double>(steps_) * interval_s;
   found.motion = by_motion_.correction(found.input, horizon_s);
   found.total = by_place_.correction(observed, to_horizon_mps + found.motion.at(horizon_s), horizon_s);
-  for (std::size_t k = 0; k < kCorrectionKnots; ++k) found.total.knots_mps[k] += found.motion.knots_mps[k];
+  found.total.knots_mps += found.motion.knots_mps;
   return found;
 }
 
