@@ -137,7 +137,16 @@ RolloutSet PreparedModel::rollouts(const CurbTrajectory& observed, int steps, Sc
 }
 
 ObservedFeatures PreparedModel::observe(const CurbTrajectory& observed, const RolloutSet& set, Scratch& scratch) const {
-  return observed_features(residuals_, set.site, set.near, observed, stacking(set.site), scratch);
+  const Stacking& stacking = fitted(set.site).stacking;
+  ObservedFeatures seen;
+  seen.kinematics = kinematic_features(observed);
+  seen.person = person_class(observed, stacking.observe_s());
+  seen.site = set.site;
+  seen.fields_nearby = !set.near.empty();
+  seen.global_motion = stacking.global_motion(seen, observed);
+  seen.experts = predict_experts(residuals_, set.near, observed, scratch);
+  seen.residuals = combine(residuals_, observed, seen.experts, {}, scratch);
+  return seen;
 }
 
 MergedRollouts PreparedModel::merged_rollouts(const CurbTrajectory& observed, int steps, Scratch& scratch) const {

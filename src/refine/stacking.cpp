@@ -126,26 +126,7 @@ std::optional<std::size_t> slow_class(const CurbTrajectory& observed) {
   return std::nullopt;
 }
 
-KinematicFeatures kinematic_features(const CurbTrajectory& observed) {
-  KinematicFeatures features;
-  Eigen::Index column = 0;
-  for (double window_s : kVelocityWindows_s) features.col(column++) = mean_velocity_mps(observed, window_s);
-  features.col(kEndFeature) = velocity_to_world(observed.frame, observed.velocities.back());
-  const Vector2 constant = features.col(kConstantVelocityFeature);
-  features.col(kHeadingFeature) = kHeading_mps * constant / std::max(0.1, constant.norm());
-  return features;
-}
-
-}  // namespace
-
-int speed_class(const CurbTrajectory& observed) {
-  if (slow_class(observed).value_or(kStopped) != kStopped) return 0;
-  const double mean_mps = mean_speed_mps(observed);
-  int speed = 0;
-  for (double limit_mps : kSpeedClassLimits_mps) speed += mean_mps >= limit_mps ? 1 : 0;
-  return speed;
-}
-
+/// The class of kShorterObserved_s, 0 for a whole window of `observe_s`.
 std::size_t observed_class(const CurbTrajectory& observed, double observe_s) {
   constexpr double slack_s = 1e-3;
   const std::size_t samples = observed.times_s.size();
@@ -159,19 +140,24 @@ std::size_t observed_class(const CurbTrajectory& observed, double observe_s) {
   return std::min(kObservedClasses - 1, static_cast<std::size_t>(shorter - std::begin(kShorterObserved_s)) + 1);
 }
 
-ObservedFeatures observed_features(const ResidualIndex& index, std::optional<int> site, std::span<const int> near,
-                                   const CurbTrajectory& observed, const Stacking& stacking, Scratch& scratch) {
-  ObservedFeatures observation{
-      kinematic_features(observed),
-      {},
-      predict_experts(index, near, observed, scratch),
-      {},
-      site,
-      {speed_class(observed), slow_class(observed), observed_class(observed, stacking.observe_s())},
-      !near.empty()};
-  observation.global_motion = stacking.global_motion(observation, observed);
-  observation.residuals = combine(index, observed, observation.experts, {}, scratch);
-  return observation;
+}  // namespace
+
+PersonClass person_class(const CurbTrajectory& observed, double observe_s) {
+  PersonClass person{0, slow_class(observed), observed_class(observed, observe_s)};
+  if (person.slow && !person.stopped()) return person;
+  const double mean_mps = mean_speed_mps(observed);
+  for (double limit_mps : kSpeedClassLimits_mps) person.speed += mean_mps >= limit_mps ? 1 : 0;
+  return person;
+}
+
+KinematicFeatures kinematic_features(const CurbTrajectory& observed) {
+  KinematicFeatures features;
+  Eigen::Index column = 0;
+  for (double window_s : kVelocityWindows_s) features.col(column++) = mean_velocity_mps(observed, window_s);
+  features.col(kEndFeature) = velocity_to_world(observed.frame, observed.velocities.back());
+  const Vector2 constant = features.col(kConstantVelocityFeature);
+  features.col(kHeadingFeature) = kHeading_mps * constant / std::max(0.1, constant.norm());
+  return features;
 }
 
 Vector2 place_free_mps(const ObservedFeatures& observation, std::size_t step, double interval_s) {

@@ -18,12 +18,9 @@
 
 namespace sila {
 
-/// The class of kSpeedClassLimits_mps by the mean observed speed. It is 0 for a person who hardly moves, because noisy
-/// positions give a standing person a high mean speed.
-int speed_class(const CurbTrajectory& observed);
-
-/// The class of kShorterObserved_s, 0 for a whole window of `observe_s`.
-std::size_t observed_class(const CurbTrajectory& observed, double observe_s);
+/// The classes of a person; a whole window has `observe_s`. The speed class is 0 for a person who hardly moves, because
+/// noisy positions give a standing person a high mean speed.
+PersonClass person_class(const CurbTrajectory& observed, double observe_s);
 
 /// Candidate mean velocities from t0 to a step [m/s], one a column.
 using Features = Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, kStackedFeatures>;
@@ -31,6 +28,7 @@ using Features = Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, kStackedFeatures
 inline constexpr int kConstantVelocityFeature = 1;
 /// The features that are the same for each step: velocities of the observed path [m/s], world frame.
 using KinematicFeatures = Eigen::Matrix<double, 2, kKinematicFeatures>;
+KinematicFeatures kinematic_features(const CurbTrajectory& observed);
 
 /// The features of a pedestrian that need no roll-out.
 struct ObservedFeatures {
@@ -42,10 +40,6 @@ struct ObservedFeatures {
   PersonClass person;
   bool fields_nearby = false;  ///< transitions are nearby
 };
-class Stacking;
-/// `near`: transitions whose field may cover the position.
-ObservedFeatures observed_features(const ResidualIndex& index, std::optional<int> site, std::span<const int> near,
-                                   const CurbTrajectory& observed, const Stacking& stacking, Scratch& scratch);
 
 /// The input of the motion regression for errors of constant velocity.
 MotionInput global_motion_input(const ObservedFeatures& observation, const CurbTrajectory& observed);

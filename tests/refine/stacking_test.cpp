@@ -7,6 +7,7 @@
 
 #include "core/kinematics.hpp"
 #include "model/parts.hpp"
+#include "sila/core/sampling.hpp"
 #include "support/walks.hpp"
 
 namespace sila {
@@ -112,16 +113,16 @@ TEST(Stacking, APersonWhoStandsBeforeANoisyTrackerDoesNotWalk) {
   const Trajectory standing = testing::sampled(33, 0.1, position_at);
   const CurbTrajectory observed = observe(standing, 32, testing::square_frame(), 3.2, {});
   EXPECT_GT(mean_speed_mps(observed), kSpeedClassLimits_mps[0]);
-  EXPECT_EQ(speed_class(observed), 0);
+  EXPECT_EQ(person_class(observed, 3.2).speed, 0);
   const Trajectory walking = testing::walk("y", {{0, 0}, {20, 0}}, 0.5);
-  EXPECT_EQ(speed_class(observe(walking, 32, testing::square_frame(), 3.2, {})), 1);
+  EXPECT_EQ(person_class(observe(walking, 32, testing::square_frame(), 3.2, {}), 3.2).speed, 1);
 }
 
 TEST(Stacking, APersonWhoWalkedThereAndBackWalks) {
   const Trajectory path = testing::walk("x", {{0, 0}, {1.6, 0}, {-9, 0}}, 1.0);
   const CurbTrajectory observed = observe(path, 32, testing::square_frame(), 3.2, {});
   EXPECT_LT((observed.positions.back() - observed.positions.front()).norm(), 0.3);
-  EXPECT_EQ(speed_class(observed), 2);
+  EXPECT_EQ(person_class(observed, 3.2).speed, 2);
 }
 
 TEST(Stacking, AClassOfWhichNothingWasSeenDoesAsTheOthers) {
@@ -164,7 +165,7 @@ TEST(Stacking, KnowsHowMuchWasObserved) {
   const Trajectory track = testing::walk("x", {{0, 0}, {20, 0}}, 1.3);
   const auto observed = [&](double seconds, double observe_s) {
     const auto last = static_cast<std::size_t>(std::lround(seconds / 0.1));
-    return observed_class(observe(track, last, testing::square_frame(), observe_s, {}), observe_s);
+    return person_class(observe(track, last, testing::square_frame(), observe_s, {}), observe_s).observed;
   };
   EXPECT_EQ(observed(0.1, 3.2), 3u);
   EXPECT_EQ(observed(0.4, 3.2), 3u);

@@ -33,11 +33,11 @@ constexpr std::size_t motion_state(int speed_class) {
 inline constexpr double kSlowLimits_mps[] = {0.05, 0.17};
 inline constexpr std::size_t kStopped = std::size(kSlowLimits_mps), kSlowClasses = kStopped + 1;
 
-/// The classes that error statistics are kept for.
+/// The classes that error statistics are kept for (`person_class` in src/refine/stacking.hpp).
 struct PersonClass {
-  int speed = 0;                    ///< see speed_class (src/refine/stacking.hpp)
+  int speed = 0;                    ///< see kSpeedClassLimits_mps
   std::optional<std::size_t> slow;  ///< see kSlowLimits_mps
-  std::size_t observed = 0;         ///< see observed_class
+  std::size_t observed = 0;         ///< see kShorterObserved_s
 
   /// Includes people who have stopped.
   bool walks() const { return motion_state(speed) == kWalking; }
