@@ -11,39 +11,27 @@ struct Stretch {
   std::size_t track = 0, begin = 0, end = 0;
 };
 
-/// A sample of a track.
-struct SampleOf {
-  std::size_t track = 0, sample = 0;
-};
-
 std::size_t samples_in(double stride_s, const CurbTrajectory& track) {
   if (track.times_s.size() < 2) return 1;
   return static_cast<std::size_t>(std::max(1L, std::lround(stride_s / (track.times_s[1] - track.times_s[0]))));
 }
 
-/// Subsamples each stretch: one sample every `stride_s`, the first half of that after the start; of a stretch shorter
-/// than `stride_s` the middle sample.
-std::vector<SampleOf> subsampled(std::span<const CurbTrajectory> tracks, const std::vector<Stretch>& stretches,
-                                 double stride_s) {
-  std::vector<SampleOf> samples;
-  for (const Stretch& stretch : stretches) {
-    if (stretch.begin == stretch.end) continue;
-    const std::size_t stride = samples_in(stride_s, tracks[stretch.track]);
-    const std::size_t first = stretch.begin + std::min(stride / 2, (stretch.end - stretch.begin - 1) / 2);
-    for (std::size_t t = first; t < stretch.end; t += stride) samples.push_back({stretch.track, t});
+/// The samples of stretches. Of each stretch one every `stride_s`, the first half of that after the start; of one
+/// shorter than `stride_s` the middle sample.
+GpData gather(std::span<const CurbTrajectory> tracks, const std::vector<Stretch>& stretches, double stride_s) {
+  std::vector<Vector2> positions, velocities;
+  for (const auto& [number, begin, end] : stretches) {
+    if (begin == end) continue;
+    const CurbTrajectory& track = tracks[number];
+    const std::size_t stride = samples_in(stride_s, track);
+    for (std::size_t t = begin + std::min(stride / 2, (end - begin - 1) / 2); t < end; t += stride) {
+      positions.push_back(track.positions[t]);
+      velocities.push_back(track.velocities[t]);
+    }
   }
-  return samples;
-}
-
-GpData gather(std::span<const CurbTrajectory> tracks, const std::vector<SampleOf>& chosen) {
-  const auto rows = static_cast<Eigen::Index>(chosen.size());
-  GpData samples{Eigen::MatrixXd(2, rows), Eigen::MatrixXd(rows, 2)};
-  Eigen::Index row = 0;
-  for (const auto& [track, t] : chosen) {
-    samples.inputs.col(row) = tracks[track].positions[t];
-    samples.outputs.row(row++) = tracks[track].velocities[t].transpose();
-  }
-  return samples;
+  const auto count = static_cast<Eigen::Index>(positions.size());
+  return {Eigen::Matrix2Xd::Map(positions.front().data(), 2, count),
+          Eigen::Matrix2Xd::Map(velocities.front().data(), 2, count).transpose()};
 }
 
 }  // namespace
@@ -67,8 +55,7 @@ std::map<TransitionKey, ObservedTransition> observe_transitions(std::span<const 
     for (std::size_t r = 1; r < runs.size(); ++r) add(runs[r - 1], runs[r]);
   }
   std::map<TransitionKey, ObservedTransition> observed;
-  for (const auto& [key, list] : stretches)
-    observed[key] = {counts[key], gather(tracks, subsampled(tracks, list, stride_s))};
+  for (const auto& [key, list] : stretches) observed[key] = {counts[key], gather(tracks, list, stride_s)};
   return observed;
 }
 
