@@ -135,10 +135,6 @@ class Roller {
   }
 
   Rollout finished(const Branch& branch, std::size_t steps) const {
-    Rollout rollout;
-    rollout.weight = branch.weight;
-    rollout.chain_probability = branch.chain_probability;
-    rollout.origin = branch.origin;
     const auto path = scratch_.array<Vector2>(steps);
     const auto covariances = scratch_.array<Matrix2>(with_covariances_ ? steps : 0);
     const Step* step = branch.step;
@@ -150,10 +146,7 @@ class Roller {
     for (const Link* link = branch.link; link; link = link->before) ++links;
     const auto transitions = scratch_.array<int>(links);
     for (const Link* link = branch.link; link; link = link->before) transitions[--links] = link->transition;
-    rollout.path = path;
-    rollout.covariances = covariances;
-    rollout.transitions = transitions;
-    return rollout;
+    return {branch.weight, path, covariances, transitions, branch.origin, branch.chain_probability};
   }
 
  private:
