@@ -12,18 +12,6 @@ double mean_distance_m(const Rollout& a, const Rollout& b, const Matrix2& world_
   return sum / static_cast<double>(steps);
 }
 
-/// The mean of the members' paths, each with its share of the weight.
-std::span<const Vector2> mean_path(std::span<const Rollout> rollouts, RolloutGroup group, double weight,
-                                   Scratch& scratch) {
-  const auto mean = scratch.array<Vector2>(rollouts[group.front()].path.size());
-  std::fill(mean.begin(), mean.end(), Vector2::Zero());
-  for (const std::size_t member : group) {
-    const double share = rollouts[member].weight / weight;
-    for (std::size_t j = 0; j < mean.size(); ++j) mean[j] += share * rollouts[member].path[j];
-  }
-  return mean;
-}
-
 double weight_of(std::span<const Rollout> rollouts, RolloutGroup group) {
   double sum = 0.0;
   for (const std::size_t member : group) sum += rollouts[member].weight;
@@ -34,16 +22,22 @@ Rollout weighted_mean(std::span<const Rollout> rollouts, RolloutGroup group, Scr
   Rollout mean = rollouts[group.front()];
   if (group.size() == 1) return mean;
   mean.weight = weight_of(rollouts, group);
-  mean.path = mean_path(rollouts, group, mean.weight, scratch);
+  const auto path = scratch.array<Vector2>(mean.path.size());
+  std::fill(path.begin(), path.end(), Vector2::Zero());
+  for (const std::size_t index : group) {
+    const Rollout& member = rollouts[index];
+    for (std::size_t j = 0; j < path.size(); ++j) path[j] += member.weight / mean.weight * member.path[j];
+  }
   const auto covariances = scratch.array<Matrix2>(mean.covariances.size());
   std::fill(covariances.begin(), covariances.end(), Matrix2::Zero());
   for (const std::size_t index : group) {
     const Rollout& member = rollouts[index];
     for (std::size_t j = 0; j < covariances.size(); ++j) {
-      const Vector2 off = member.path[j] - mean.path[j];
+      const Vector2 off = member.path[j] - path[j];
       covariances[j] += member.weight / mean.weight * (member.covariances[j] + off * off.transpose());
     }
   }
+  mean.path = path;
   mean.covariances = covariances;
   return mean;
 }
