@@ -54,12 +54,6 @@ std::vector<OwnedArrow> arrows_by_cell(const Model& model) {
   return arrows;
 }
 
-std::vector<double> lengths_of(const Model& model) {
-  std::vector<double> lengths;
-  for (const MotionPrimitive& primitive : model.primitives) lengths.push_back(length(primitive));
-  return lengths;
-}
-
 /// Products of one primitive with all that share a cell with it, in the order of cells as in `product`.
 std::map<std::size_t, double> products_with(const std::vector<OwnedArrow>& arrows, const MotionPrimitive& primitive) {
   std::map<std::size_t, double> products;
@@ -111,7 +105,8 @@ SimilarityEdges similarity_graph(const Model& previous, const Model& incoming, d
   const int shift = static_cast<int>(previous.primitives.size());
   SimilarityEdges edges;
   const std::vector<OwnedArrow> arrows = arrows_by_cell(previous);
-  const std::vector<double> lengths = lengths_of(previous);
+  std::vector<double> lengths;
+  for (const MotionPrimitive& primitive : previous.primitives) lengths.push_back(length(primitive));
   for (std::size_t j = 0; j < incoming.primitives.size(); ++j) {
     const double own_length = length(incoming.primitives[j]);
     for (const auto& [i, sum] : products_with(arrows, incoming.primitives[j])) {
