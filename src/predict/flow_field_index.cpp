@@ -47,12 +47,6 @@ constexpr double kMostBucketsReached = 1e3;
 /// key.
 constexpr std::int64_t kEverywhere = std::numeric_limits<std::int64_t>::min();
 
-/// A field and its buckets.
-struct Entry {
-  std::optional<FlowFieldIndex::Field> field;
-  std::vector<std::int64_t> buckets;  ///< that it may cover; in order, each once
-};
-
 /// A transition in a bucket where many overlap.
 struct Ranked {
   double score = 0.0;
@@ -76,6 +70,7 @@ void add_stretches(const Vector2& centre, const Vector2& reach, double size, std
   }
 }
 
+/// The buckets that a field may cover, in order, each once.
 /// One length scale away from a single pseudo-input the variance of a field is above the support ratio. Between two
 /// pseudo-inputs it may be lower farther away; the index may then miss the field, which is rare, as buckets are large.
 std::vector<std::int64_t> buckets_of(const SparseGp& gp, double bucket_size) {
@@ -142,19 +137,17 @@ FlowFieldIndex::FlowFieldIndex(const Model& model, const PredictConfig& config, 
       return of_earlier->field(*same).posterior;
     return FlowPosterior(field.gp, field.second());
   };
-  std::vector<Entry> entries(model.transitions.size());
-  tbb::parallel_for(std::size_t{0}, entries.size(), [&](std::size_t i) {
+  fields_.resize(model.transitions.size());
+  std::vector<std::vector<std::int64_t>> buckets(fields_.size());
+  tbb::parallel_for(std::size_t{0}, fields_.size(), [&](std::size_t i) {
     const Transition& t = model.transitions[i];
     const double probability = t.count / leaving_count[static_cast<std::size_t>(t.from)];
-    entries[i] = {Field{t.from, t.to, t.count, probability, posterior_of(t.field)},
-                  buckets_of(t.field.gp, bucket_size_)};
+    fields_[i] = Field{t.from, t.to, t.count, probability, posterior_of(t.field)};
+    buckets[i] = buckets_of(t.field.gp, bucket_size_);
   });
-  fields_.reserve(entries.size());
-  for (Entry& entry : entries) {
-    const int index = static_cast<int>(fields_.size());
-    leaving_[static_cast<std::size_t>(entry.field->from)].push_back(index);
-    add_transition(index, entry.buckets, model.transitions[static_cast<std::size_t>(index)].sites);
-    fields_.push_back(std::move(*entry.field));
+  for (std::size_t i = 0; i < fields_.size(); ++i) {
+    leaving_[static_cast<std::size_t>(fields_[i]->from)].push_back(static_cast<int>(i));
+    add_transition(static_cast<int>(i), buckets[i], model.transitions[i].sites);
   }
   add_wide_fields();
   add_summaries();
@@ -206,7 +199,7 @@ void FlowFieldIndex::add_summaries() {
       of_field.summaries.push_back(&bucket->summaries[k]);
     }
   }
-  tbb::parallel_for(std::size_t{0}, fields_.size(), [&](std::size_t i) { fill(summaries[i], fields_[i], xs, ys); });
+  tbb::parallel_for(std::size_t{0}, fields_.size(), [&](std::size_t i) { fill(summaries[i], *fields_[i], xs, ys); });
 }
 
 std::optional<int> FlowFieldIndex::site(const CurbFrame& frame) const {
