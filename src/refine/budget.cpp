@@ -20,16 +20,11 @@ constexpr double kMinUniqueShare = 0.25;
 /// transition is evicted.
 constexpr std::array kReducedPseudoInputs{60, 30};
 
-/// A pseudo-input of a transition.
-struct PseudoInputIndex {
-  std::size_t transition = 0;
-  std::size_t input = 0;
-};
-
 /// For each transition: its pseudo-inputs that others represent, and those of others that it represents.
 struct SubsumptionTable {
   std::vector<std::vector<int>> subsumers;  ///< of each pseudo-input: number of others that know it and agree
-  std::vector<std::vector<PseudoInputIndex>> subsumes;  ///< of each transition
+  /// Of each transition: the others and their pseudo-inputs, by index.
+  std::vector<std::vector<std::pair<std::size_t, std::size_t>>> subsumes;
   std::vector<bool> kept;
   std::vector<double> bytes;
 };
@@ -44,7 +39,7 @@ void add_overlap(SubsumptionTable& table, detail::OverlapIndex& index, const std
     const FieldPrediction predicted = other.predict(places.col(m));
     if (!detail::knows(other, predicted) || (predicted.mean - own.col(m)).norm() >= agreement) continue;
     ++table.subsumers[of][static_cast<std::size_t>(m)];
-    table.subsumes[by].push_back({of, static_cast<std::size_t>(m)});
+    table.subsumes[by].emplace_back(of, static_cast<std::size_t>(m));
   }
 }
 
@@ -78,7 +73,7 @@ double worth(const SubsumptionTable& table, const std::vector<Transition>& trans
 
 void evict(SubsumptionTable& table, const Transition& transition, std::size_t i, BudgetReport& report) {
   table.kept[i] = false;
-  for (const PseudoInputIndex& place : table.subsumes[i]) --table.subsumers[place.transition][place.input];
+  for (const auto& [other, input] : table.subsumes[i]) --table.subsumers[other][input];
   ++report.transitions;
   report.count += transition.count;
 }
