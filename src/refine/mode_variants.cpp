@@ -20,12 +20,9 @@ constexpr double kTiltedShare = 0.5;
 /// Adds a mode with the path of the first one.
 Mode& add_copy(Workspace& workspace, VariantKind variant, double weight) {
   Mode& copy = add_mode(workspace, weight, workspace.prediction.times_s.size());
-  const Mode& first = workspace.prediction.modes.front();
+  copy = workspace.prediction.modes.front();
+  copy.weight = weight;
   copy.variant = variant;
-  copy.source = first.source;
-  copy.path_m = first.path_m;
-  copy.covariances_m2 = first.covariances_m2;
-  copy.primitives = first.primitives;
   return copy;
 }
 
