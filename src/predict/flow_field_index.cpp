@@ -70,9 +70,9 @@ void add_stretches(const Vector2& centre, const Vector2& reach, double size, std
   }
 }
 
-/// The buckets that a field may cover, in order, each once.
-/// One length scale away from a single pseudo-input the variance of a field is above the support ratio. Between two
-/// pseudo-inputs it may be lower farther away; the index may then miss the field, which is rare, as buckets are large.
+/// The buckets that a field may cover, in order, each once. One length scale away from a single pseudo-input the
+/// variance of a field is above the support ratio. Between two pseudo-inputs it may be lower farther away; the index
+/// may then miss the field, which is rare, as buckets are large.
 std::vector<std::int64_t> buckets_of(const SparseGp& gp, double bucket_size) {
   const Vector2 reach(gp.kernel.length_scales(0), gp.kernel.length_scales(1));
   if (!(count_buckets(-reach, reach, bucket_size) <= kMostBucketsReached)) return {kEverywhere};
