@@ -38,12 +38,6 @@ Statistics about_mean(const SparseGp& from, const Eigen::VectorXd& mean) {
   return shifted;
 }
 
-/// The relation of the pseudo-inputs of two GPs, whitened.
-struct Link {
-  Eigen::MatrixXd basis;   ///< U = L_b^-1 k(Z_b, Z_a) L_a^-T, M_b x M_a
-  Eigen::MatrixXd hidden;  ///< F with E = F F', the covariance of v_a that v_b leaves unexplained
-};
-
 /// F with F F' = a for a symmetric positive semi-definite a, by pivoted Cholesky; as many columns as a has rank.
 Eigen::MatrixXd semidefinite_factor(const Eigen::MatrixXd& a) {
   const Eigen::LDLT<Eigen::MatrixXd> cholesky(a);
@@ -57,8 +51,8 @@ Eigen::MatrixXd semidefinite_factor(const Eigen::MatrixXd& a) {
   return cholesky.transpositionsP().transpose() * scaled;
 }
 
-/// `into` explains common pseudo-inputs completely, so the rank of E is at most the number of the others.
-/// Shapes: explained M_a x M_b = k(Z_a, Z_b) L_b^-T.
+/// F with E = F F', the covariance of v_a that v_b leaves unexplained. `into` explains common pseudo-inputs completely,
+/// so the rank of E is at most the number of the others. Shapes: explained M_a x M_b = k(Z_a, Z_b) L_b^-T.
 Eigen::MatrixXd hidden_factor(const SparseGp& from, const SparseGp& into, const std::vector<Eigen::Index>& dropped,
                               const Eigen::MatrixXd& explained, const Eigen::MatrixXd& own_lower) {
   if (dropped.empty()) return {from.pseudo_inputs.cols(), 0};
@@ -70,15 +64,6 @@ Eigen::MatrixXd hidden_factor(const SparseGp& from, const SparseGp& into, const 
   hidden(dropped, Eigen::all) = factor;
   own_lower.triangularView<Eigen::Lower>().solveInPlace(hidden);
   return hidden;
-}
-
-Link link_between(const SparseGp& from, const SparseGp& into, const Eigen::MatrixXd& lower) {
-  const Eigen::MatrixXd own_lower = lower_factor(from, "transfer");
-  const CrossCovariance cross = cross_covariance(from, into);
-  Eigen::MatrixXd explained = whitened(lower, cross.values);
-  Eigen::MatrixXd hidden = hidden_factor(from, into, cross.dropped, explained, own_lower);
-  own_lower.triangularView<Eigen::Lower>().solveInPlace(explained);
-  return {explained.transpose(), std::move(hidden)};
 }
 
 /// chol(I + A). With very many points rounding makes it indefinite; then the diagonal is increased until there
@@ -102,7 +87,12 @@ bool same_basis(const SparseGp& a, const SparseGp& b) {
 Statistics project(const SparseGp& from, const SparseGp& into, const Eigen::MatrixXd& lower) {
   const Statistics stored = about_mean(from, into.mean);
   if (same_basis(from, into)) return stored;
-  const auto [u, f] = link_between(from, into, lower);
+  const Eigen::MatrixXd own_lower = lower_factor(from, "transfer");
+  const CrossCovariance cross = cross_covariance(from, into);
+  Eigen::MatrixXd explained = whitened(lower, cross.values);
+  const Eigen::MatrixXd f = hidden_factor(from, into, cross.dropped, explained, own_lower);
+  own_lower.triangularView<Eigen::Lower>().solveInPlace(explained);
+  const Eigen::MatrixXd u = explained.transpose();       // L_b^-1 k(Z_b, Z_a) L_a^-T, M_b x M_a
   const Eigen::MatrixXd known = u * stored.information;  // U G
   Eigen::MatrixXd information(u.rows(), u.rows());       // U G U'; only the lower triangle, until it is mirrored
   information.triangularView<Eigen::Lower>() = known * u.transpose();
