@@ -91,12 +91,6 @@ class KernelVector {
   std::vector<double> heap_;
 };
 
-Eigen::Matrix2d jacobian_at(const detail::PosteriorView& view, const Eigen::Vector2d& x, const double* k) {
-  Eigen::Matrix<double, 2, 2, Eigen::RowMajor> jacobian;
-  detail::jacobian(view, x.data(), k, jacobian.data());
-  return jacobian;
-}
-
 /// One input's factor of k(Z, x) for each of its values, one after another; the signal variance is part of it.
 class KernelFactors {
  public:
@@ -225,7 +219,9 @@ FieldLinearisation Posterior::linearise_flow(const Eigen::Vector2d& x) const {
   require_flow(*this, x);
   const detail::PosteriorView& view = tables_->view;
   KernelVector k(view, x.data());
-  return {flow_at(view, k.data()), jacobian_at(view, x, k.data())};
+  Eigen::Matrix<double, 2, 2, Eigen::RowMajor> jacobian;
+  detail::jacobian(view, x.data(), k.data(), jacobian.data());
+  return {flow_at(view, k.data()), jacobian};
 }
 
 std::vector<FieldPrediction> Posterior::bound_flows(std::span<const double> xs, std::span<const double> ys,

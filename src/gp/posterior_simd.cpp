@@ -53,13 +53,9 @@ void weighted_sums(const PosteriorView& view, const double* k, std::size_t rows,
   }
 }
 
-void add_mean(const PosteriorView& view, double* sums) {
-  for (std::size_t output = 0; output < view.outputs; ++output) sums[output] += view.mean[output];
-}
-
 void means_simd(const PosteriorView& view, const double* k, double* sums) {
   weighted_sums(view, k, view.outputs, sums);
-  add_mean(view, sums);
+  for (std::size_t output = 0; output < view.outputs; ++output) sums[output] += view.mean[output];
 }
 
 void means_and_norms_of_product_simd(const PosteriorView& view, const double* a, const double* b, double* sums) {
