@@ -35,11 +35,6 @@ std::int64_t bucket_of(const Vector2& position, double size) {
   return bucket_key(bucket_column(position.x(), size), bucket_column(position.y(), size));
 }
 
-/// Approximate number of buckets that touch the box from `low` to `high`.
-double count_buckets(const Vector2& low, const Vector2& high, double size) {
-  return ((high.x() - low.x()) / size + 1.0) * ((high.y() - low.y()) / size + 1.0);
-}
-
 /// A field of which one pseudo-input reaches over more buckets than this is evaluated everywhere, so that a small model
 /// cannot make very many buckets.
 constexpr double kMostBucketsReached = 1e3;
@@ -75,7 +70,8 @@ void add_stretches(const Vector2& centre, const Vector2& reach, double size, std
 /// may then miss the field, which is rare, as buckets are large.
 std::vector<std::int64_t> buckets_of(const SparseGp& gp, double bucket_size) {
   const Vector2 reach(gp.kernel.length_scales(0), gp.kernel.length_scales(1));
-  if (!(count_buckets(-reach, reach, bucket_size) <= kMostBucketsReached)) return {kEverywhere};
+  const Vector2 buckets_reached = 2.0 * reach / bucket_size + Vector2::Ones();  // along x and y, about
+  if (!(buckets_reached.prod() <= kMostBucketsReached)) return {kEverywhere};
   std::vector<Stretch> stretches;
   for (Eigen::Index m = 0; m < gp.pseudo_inputs.cols(); ++m)
     add_stretches(gp.pseudo_inputs.col(m), reach, bucket_size, stretches);
