@@ -103,7 +103,7 @@ SparseGp greedy_fit(const GpData& data, const Hyperparameters& theta, const Eige
                     const GpConfig& config) {
   const auto [pseudo_inputs, lower] = choose_greedily(data, theta.kernel, config);
   SparseGp gp = detail::unchecked_prior(theta.kernel, theta.noise_variance, pseudo_inputs, mean, default_jitter);
-  detail::add_data(gp, data, detail::whitened(lower, covariance(theta.kernel, data.inputs, pseudo_inputs)));
+  detail::add_data(gp, data, lower);
   return gp;
 }
 

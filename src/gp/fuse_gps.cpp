@@ -92,34 +92,24 @@ std::vector<Eigen::Index> sorted_order(const Eigen::MatrixXd& points) {
   return order;
 }
 
-/// The basis of the fused GP: Z_b, the factor L_u of its covariance, and V' of the data.
+/// The basis of the fused GP: Z_b, and the factor L_u of its covariance.
 struct Basis {
   Eigen::MatrixXd pseudo_inputs;
   Eigen::MatrixXd lower;
   double jitter = default_jitter;
-  Eigen::MatrixXd features;
 };
 
-Basis make_basis(Eigen::MatrixXd pseudo_inputs, Eigen::MatrixXd lower, const GpData& data, const Kernel& kernel,
-                 double jitter) {
-  Basis basis{std::move(pseudo_inputs), std::move(lower), jitter, {}};
-  if (data.inputs.cols() > 0)
-    basis.features = detail::whitened(basis.lower, covariance(kernel, data.inputs, basis.pseudo_inputs));
-  return basis;
-}
-
 /// The common basis of the parts, extended by points near data that it does not explain; none if it becomes too large.
-std::optional<Basis> grown_basis(const SparseGp& part, const GpData& data, const Eigen::MatrixXd& fresh,
-                                 const GpConfig& config) {
+std::optional<Basis> grown_basis(const SparseGp& part, const Eigen::MatrixXd& fresh, const GpConfig& config) {
   const Eigen::Index kept = part.pseudo_inputs.cols();
   if (kept > config.max_fused_pseudo_inputs) return std::nullopt;
   Eigen::MatrixXd candidates(fresh.rows(), kept + fresh.cols());
   candidates << part.pseudo_inputs, fresh;
-  const auto selection = detail::select_greedily(part.kernel, candidates, config.max_fused_pseudo_inputs,
-                                                 config.selection_stop, part.jitter, kept);
+  auto selection = detail::select_greedily(part.kernel, candidates, config.max_fused_pseudo_inputs,
+                                           config.selection_stop, part.jitter, kept);
   const bool complete = selection.remaining_variance <= config.selection_stop * part.kernel.signal_variance;
   if (!complete || !selection.sound) return std::nullopt;
-  return make_basis(candidates(Eigen::all, selection.chosen), selection.lower, data, part.kernel, part.jitter);
+  return Basis{candidates(Eigen::all, selection.chosen), std::move(selection.lower), part.jitter};
 }
 
 /// The part that holds nearly all points, if it is at its limit of pseudo-inputs.
@@ -139,11 +129,10 @@ Basis fused_basis(const Parts& parts, const GpData& data, const Kernel& kernel, 
   const Eigen::MatrixXd fresh = data.inputs.cols() > 0 ? detail::candidates_for(kernel, data.inputs)
                                                        : Eigen::MatrixXd(kernel.length_scales.size(), 0);
   if (one_basis(parts, kernel)) {
-    if (std::optional<Basis> grown = grown_basis(*parts.front(), data, fresh, config)) return *std::move(grown);
+    if (std::optional<Basis> grown = grown_basis(*parts.front(), fresh, config)) return *std::move(grown);
   }
   if (const SparseGp* dominant = dominant_part(parts, data, kernel, config))
-    return make_basis(dominant->pseudo_inputs, detail::lower_factor(*dominant, "fuse_gps"), data, kernel,
-                      dominant->jitter);
+    return {dominant->pseudo_inputs, detail::lower_factor(*dominant, "fuse_gps"), dominant->jitter};
   Eigen::Index count = fresh.cols();
   for (const SparseGp* part : parts) count += part->pseudo_inputs.cols();
   Eigen::MatrixXd candidates(fresh.rows(), count);
@@ -154,9 +143,9 @@ Basis fused_basis(const Parts& parts, const GpData& data, const Kernel& kernel, 
     filled += part->pseudo_inputs.cols();
   }
   if (!parts.empty()) candidates = candidates(Eigen::all, sorted_order(candidates)).eval();
-  const auto selection = detail::select_greedily(kernel, candidates, config.max_fused_pseudo_inputs,
-                                                 config.selection_stop, default_jitter);
-  return make_basis(candidates(Eigen::all, selection.chosen), selection.lower, data, kernel, default_jitter);
+  auto selection = detail::select_greedily(kernel, candidates, config.max_fused_pseudo_inputs, config.selection_stop,
+                                           default_jitter);
+  return {candidates(Eigen::all, selection.chosen), std::move(selection.lower), default_jitter};
 }
 
 /// docs/gp.md, section 9: the posterior mean at the old pseudo-inputs replaces the old data, with the
@@ -206,10 +195,9 @@ SparseGp fuse_gps(std::span<const SparseGp* const> parts, const GpData& data, co
   const Hyperparameters without_data{parts.front()->kernel, parts.front()->noise_variance};
   const Hyperparameters theta = known.empty() ? data_hyperparameters.value_or(without_data)
                                               : fused_hyperparameters(known, data_hyperparameters, data_points);
-  Basis basis = fused_basis(known, data, theta.kernel, config);
-  const Eigen::MatrixXd& lower = basis.lower;
-  SparseGp fused = detail::unchecked_prior(theta.kernel, theta.noise_variance, basis.pseudo_inputs,
-                                           fused_mean(known, data, config.constant_mean), basis.jitter);
+  const auto [pseudo_inputs, lower, jitter] = fused_basis(known, data, theta.kernel, config);
+  SparseGp fused = detail::unchecked_prior(theta.kernel, theta.noise_variance, pseudo_inputs,
+                                           fused_mean(known, data, config.constant_mean), jitter);
   for (const SparseGp* part : known) {
     if (part->pseudo_inputs.cols() == 0) {  // only its constant mean is known
       fused.points += part->points;
@@ -219,7 +207,7 @@ SparseGp fuse_gps(std::span<const SparseGp* const> parts, const GpData& data, co
       detail::add(fused, pseudo_data_statistics(*part, fused, lower), part->points);
     }
   }
-  if (data_points > 0.0) detail::add_data(fused, data, std::move(basis.features));
+  if (data_points > 0.0) detail::add_data(fused, data, lower);
   return fused;
 }
 

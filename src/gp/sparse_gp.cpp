@@ -61,9 +61,7 @@ SparseGp condition(const SparseGp& gp, const Eigen::MatrixXd& inputs, const Eige
   validate("condition", {inputs, outputs}, gp.pseudo_inputs.rows(), gp.mean.size());
   SparseGp updated = gp;
   if (inputs.cols() == 0) return updated;
-  detail::add_data(
-      updated, {inputs, outputs},
-      detail::whitened(detail::lower_factor(gp, "condition"), covariance(gp.kernel, inputs, gp.pseudo_inputs)));
+  detail::add_data(updated, {inputs, outputs}, detail::lower_factor(gp, "condition"));
   return updated;
 }
 

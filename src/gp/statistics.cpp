@@ -81,7 +81,8 @@ void add(SparseGp& gp, const Statistics& statistics, double points) {
   gp.points += points;
 }
 
-void add_data(SparseGp& gp, const GpData& data, Eigen::MatrixXd features) {
+void add_data(SparseGp& gp, const GpData& data, const Eigen::MatrixXd& lower) {
+  Eigen::MatrixXd features = whitened(lower, covariance(gp.kernel, data.inputs, gp.pseudo_inputs));
   const Eigen::MatrixXd residuals = data.outputs.rowwise() - gp.mean.transpose();
   const Eigen::VectorXd noise = Eigen::VectorXd::Constant(data.inputs.cols(), gp.noise_variance);
   add(gp, statistics_of(std::move(features), residuals, noise, gp.kernel.signal_variance),

@@ -64,8 +64,8 @@ Statistics statistics_of(Eigen::MatrixXd features, const Eigen::MatrixXd& residu
 
 void add(SparseGp& gp, const Statistics& statistics, double points);
 
-/// Adds data whose features V' are known. Shapes: features n x M.
-void add_data(SparseGp& gp, const GpData& data, Eigen::MatrixXd features);
+/// Adds data. Shapes: lower = L_u of the GP.
+void add_data(SparseGp& gp, const GpData& data, const Eigen::MatrixXd& lower);
 
 /// The chosen candidates, in order, and results of the pivoted Cholesky that chose them.
 struct Selection {
