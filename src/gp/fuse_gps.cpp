@@ -153,17 +153,15 @@ Basis fused_basis(const Parts& parts, const GpData& data, const Kernel& kernel, 
 detail::Statistics pseudo_data_statistics(const SparseGp& part, const SparseGp& into, const Eigen::MatrixXd& lower) {
   const Eigen::Index size = part.pseudo_inputs.cols();
   const Posterior posterior(part);
-  Eigen::MatrixXd residuals(size, part.mean.size());
+  GpData data{part.pseudo_inputs, Eigen::MatrixXd(size, part.mean.size())};
   Eigen::VectorXd mean(part.mean.size());
   for (Eigen::Index m = 0; m < size; ++m) {
     posterior.predict(std::span(part.pseudo_inputs.col(m).data(), posterior.inputs()),
                       std::span(mean.data(), posterior.outputs()));
-    residuals.row(m) = (mean - into.mean).transpose();
+    data.outputs.row(m) = mean.transpose();
   }
   const double times = part.points / static_cast<double>(size);
-  return detail::statistics_of(detail::whitened(lower, covariance(into.kernel, part.pseudo_inputs, into.pseudo_inputs)),
-                               residuals, Eigen::VectorXd::Constant(size, into.noise_variance / times),
-                               into.kernel.signal_variance);
+  return detail::statistics_of(into, lower, data, into.noise_variance / times);
 }
 
 /// Columns of `inputs` and rows of `outputs` of all parts.

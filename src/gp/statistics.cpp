@@ -60,12 +60,12 @@ Eigen::MatrixXd whitened(const Eigen::MatrixXd& lower, Eigen::MatrixXd cross) {
   return cross;
 }
 
-Statistics statistics_of(Eigen::MatrixXd features, const Eigen::MatrixXd& residuals, const Eigen::VectorXd& noise,
-                         double signal_variance) {
-  Eigen::ArrayXd lambda = noise;
+Statistics statistics_of(const SparseGp& gp, const Eigen::MatrixXd& lower, const GpData& data, double noise_variance) {
+  Eigen::MatrixXd features = whitened(lower, covariance(gp.kernel, data.inputs, gp.pseudo_inputs));
+  const Eigen::MatrixXd residuals = data.outputs.rowwise() - gp.mean.transpose();
   // The unexplained variance is negative only by rounding.
-  lambda += (signal_variance - features.rowwise().squaredNorm().array()).max(0.0);
-  const Eigen::VectorXd scale = lambda.rsqrt();
+  const Eigen::ArrayXd unexplained = (gp.kernel.signal_variance - features.rowwise().squaredNorm().array()).max(0.0);
+  const Eigen::VectorXd scale = (noise_variance + unexplained).rsqrt();
   features.array().colwise() *= scale.array();
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(features.cols(), features.cols());
   information.selfadjointView<Eigen::Lower>().rankUpdate(features.transpose());
@@ -82,11 +82,7 @@ void add(SparseGp& gp, const Statistics& statistics, double points) {
 }
 
 void add_data(SparseGp& gp, const GpData& data, const Eigen::MatrixXd& lower) {
-  Eigen::MatrixXd features = whitened(lower, covariance(gp.kernel, data.inputs, gp.pseudo_inputs));
-  const Eigen::MatrixXd residuals = data.outputs.rowwise() - gp.mean.transpose();
-  const Eigen::VectorXd noise = Eigen::VectorXd::Constant(data.inputs.cols(), gp.noise_variance);
-  add(gp, statistics_of(std::move(features), residuals, noise, gp.kernel.signal_variance),
-      static_cast<double>(data.inputs.cols()));
+  add(gp, statistics_of(gp, lower, data, gp.noise_variance), static_cast<double>(data.inputs.cols()));
 }
 
 }  // namespace sila::detail

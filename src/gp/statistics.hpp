@@ -58,9 +58,8 @@ struct Statistics {
 /// V' = k(X, Z) L_u^-T from k(X, Z), both n x M.
 Eigen::MatrixXd whitened(const Eigen::MatrixXd& lower, Eigen::MatrixXd cross);
 
-/// The statistics of data (FITC). Shapes: features n x M = V', residuals n x P = y - mean, noise n.
-Statistics statistics_of(Eigen::MatrixXd features, const Eigen::MatrixXd& residuals, const Eigen::VectorXd& noise,
-                         double signal_variance);
+/// The statistics of data under the pseudo-inputs, kernel and mean of a GP (FITC). Shapes: lower = L_u of the GP.
+Statistics statistics_of(const SparseGp& gp, const Eigen::MatrixXd& lower, const GpData& data, double noise_variance);
 
 void add(SparseGp& gp, const Statistics& statistics, double points);
 
