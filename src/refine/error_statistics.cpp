@@ -97,7 +97,6 @@ Example example_of(const Predictor& predictor, const Window& window, int steps, 
   const std::size_t last = stacking.fitted() ? stacking.last_step() : static_cast<std::size_t>(steps) - 1;
   const Vector2 to_horizon =
       stacking.velocity_mps(stacked_features(seen, seen.residuals, last, interval_s), last, seen);
-  example.motion = global_motion_input(seen, window.observed);
   example.corrections = stacking.corrections(window.observed, seen, to_horizon, interval_s);
   for (std::size_t j = 0; j < std::min(window.future_m.size(), static_cast<std::size_t>(steps)); ++j) {
     const double seconds = static_cast<double>(j + 1) * interval_s;
@@ -112,6 +111,7 @@ Example example_of(const Predictor& predictor, const Window& window, int steps, 
     example.nonconformities.push_back(nonconformity(prediction, j, window.future_m[j]));
   }
   const PastVelocities past_mps = seen.kinematics.leftCols<4>();
+  example.motion = motion_input(past_mps, window.observed.companions_mps);
   example.scale = scale_features(past_mps, to_horizon, seen.residuals.effective_samples);
   example.scale_place_free = scale_features(past_mps, place_free_mps(seen, last, interval_s), 0.0);
   example.change = {hazard_features(past_mps, to_horizon, mean_speed_mps(window.observed), window.observed.still_s,

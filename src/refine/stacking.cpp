@@ -200,13 +200,9 @@ Vector2 Stacking::velocity_mps(const Features& features, std::size_t step, const
   return choice.constant_velocity * features.col(kConstantVelocityFeature) + choice.stacked * stacked;
 }
 
-MotionInput global_motion_input(const ObservedFeatures& observation, const CurbTrajectory& observed) {
-  return motion_input(observation.kinematics.leftCols<4>(), observed.companions_mps);
-}
-
 VelocityCorrection Stacking::global_motion(const ObservedFeatures& seen, const CurbTrajectory& observed) const {
   if (!seen.person.walks()) return {};
-  return global_motion_.error(global_motion_input(seen, observed), horizon_s_);
+  return global_motion_.error(motion_input(seen.kinematics.leftCols<4>(), observed.companions_mps), horizon_s_);
 }
 
 bool Stacking::corrects(const ObservedFeatures& seen) const {

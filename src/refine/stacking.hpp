@@ -41,8 +41,6 @@ struct ObservedFeatures {
   bool fields_nearby = false;  ///< transitions are nearby
 };
 
-/// The input of the motion regression for errors of constant velocity.
-MotionInput global_motion_input(const ObservedFeatures& observation, const CurbTrajectory& observed);
 /// Mean velocity from t0 to `step` (counted from 0) by the motion regression alone.
 Vector2 place_free_mps(const ObservedFeatures& observation, std::size_t step, double interval_s);
 /// Candidate mean velocities from t0 to `step`. Shape: 2 x kStackedFeatures.
