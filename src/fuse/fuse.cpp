@@ -48,25 +48,20 @@ FusionProblem joint_problem(const Model& previous, const Model& incoming) {
   return problem;
 }
 
-/// The counts of a transition of the incoming model, by the sites of the fused one.
-std::vector<SiteCount> joint_counts(const Transition& transition, const Model& previous, const JoinedSites& joined) {
-  std::vector<SiteCount> counts;
-  for (SiteCount part : transition.sites) {
-    const auto site = static_cast<std::size_t>(joined.of_second.at(static_cast<std::size_t>(part.site)));
-    if (site < previous.sites.size()) part.last_episode += previous.sites[site].episodes;
-    part.site = static_cast<int>(site);
-    add_count(counts, part);
-  }
-  return counts;
-}
-
-/// The sites of all joint transitions, in their order in `joint_problem`.
+/// The counts of all joint transitions, in their order in `joint_problem`, by the sites of the fused model.
 std::vector<std::vector<SiteCount>> all_counts(const Model& previous, const Model& incoming,
                                                const JoinedSites& joined) {
   std::vector<std::vector<SiteCount>> counts;
   for (const Transition& transition : previous.transitions) counts.push_back(transition.sites);
-  for (const Transition& transition : incoming.transitions)
-    counts.push_back(joint_counts(transition, previous, joined));
+  for (const Transition& transition : incoming.transitions) {
+    std::vector<SiteCount>& parts = counts.emplace_back();
+    for (SiteCount part : transition.sites) {
+      const auto site = static_cast<std::size_t>(joined.of_second.at(static_cast<std::size_t>(part.site)));
+      if (site < previous.sites.size()) part.last_episode += previous.sites[site].episodes;
+      part.site = static_cast<int>(site);
+      add_count(parts, part);
+    }
+  }
   return counts;
 }
 
