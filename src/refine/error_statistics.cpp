@@ -34,8 +34,7 @@ constexpr double kWindowsToKnowDensity = 500.0;
 struct Example {
   PersonClass person;
   double raw_novelty = 1.0;
-  bool fitted = false;     ///< predicted by a model with error statistics of this site
-  bool corrected = false;  ///< see Stacking::corrects
+  bool fitted = false;  ///< predicted by a model with error statistics of this site
   SlowErrors slow_errors;
   ScaleFeatures scale, scale_place_free;
   std::vector<Features> features;                      ///< of each step
@@ -92,7 +91,6 @@ Example example_of(const Predictor& predictor, const Window& window, int steps, 
   example.person = seen.person;
   example.raw_novelty = merged.raw_novelty;
   example.fitted = seen.site && stacking.fitted();
-  example.corrected = stacking.corrects(seen);
   example.path = path_error(prediction, window, seen.person, steps, interval_s);
   const std::size_t last = stacking.fitted() ? stacking.last_step() : static_cast<std::size_t>(steps) - 1;
   const Vector2 to_horizon =
@@ -149,7 +147,7 @@ void add_path(ErrorStatistics& error_statistics, const Example& example, const C
   const bool whole = example.features.size() == static_cast<std::size_t>(error_statistics.steps);
   if (example.person.walks() && whole)
     add_window(error_statistics.global_motion, example.motion, constant_errors(example));
-  if (example.corrected && whole)
+  if (example.corrections.apply && whole)
     stacking.add_window(error_statistics, observed, example.corrections, example.truths_mps, example.stacked_mps);
   if (example.fitted) error_statistics.novelties[static_cast<std::size_t>(novelty_bin(example.raw_novelty))] += 1.0;
   const ErrorScale scale = walking.scale(example.scale);

@@ -205,15 +205,12 @@ VelocityCorrection Stacking::global_motion(const ObservedFeatures& seen, const C
   return global_motion_.error(motion_input(seen.kinematics.leftCols<4>(), observed.companions_mps), horizon_s_);
 }
 
-bool Stacking::corrects(const ObservedFeatures& seen) const {
-  return fitted() && seen.site && seen.fields_nearby && seen.person.walks() && !seen.person.stopped();
-}
-
 Corrections Stacking::corrections(const CurbTrajectory& observed, const ObservedFeatures& seen,
                                   const Vector2& to_horizon_mps, double interval_s) const {
   const auto& v = seen.kinematics;
-  Corrections found{change_input(v.leftCols<4>(), to_horizon_mps, observed.companions_mps), {}, {}};
-  if (!corrects(seen)) return found;
+  Corrections found{change_input(v.leftCols<4>(), to_horizon_mps, observed.companions_mps)};
+  found.apply = fitted() && seen.site && seen.fields_nearby && seen.person.walks() && !seen.person.stopped();
+  if (!found.apply) return found;
   const double horizon_s = static_cast<double>(steps_) * interval_s;
   found.motion = by_motion_.correction(found.input, horizon_s);
   found.total = by_place_.correction(observed, to_horizon_mps + found.motion.at(horizon_s), horizon_s);

@@ -50,8 +50,9 @@ Features stacked_features(const ObservedFeatures& observation, const ResidualPre
 /// The corrections of the stacked velocities of one person, and the input of the motion correction.
 struct Corrections {
   MotionInput input;
-  VelocityCorrection motion;
-  VelocityCorrection total;  ///< motion correction plus path correction
+  bool apply = false;  ///< the person walks, at a trained site, and transitions are nearby; else all are zero
+  VelocityCorrection motion = {};
+  VelocityCorrection total = {};  ///< motion correction plus path correction
 };
 
 /// The coefficients with which features are summed, per (step, class), and the density of the errors that remain:
@@ -81,10 +82,7 @@ class Stacking {
   const ErrorDensity& density(std::size_t number, bool uses_site) const {
     return uses_site ? density_[number] : density_place_free_[number];
   }
-  /// Whether the path of this person is corrected: the person walks, at a trained site, and transitions are nearby.
-  bool corrects(const ObservedFeatures& seen) const;
-  /// The corrections of a path, zero if `corrects` is false. `to_horizon_mps`: the stacked mean velocity until the
-  /// horizon.
+  /// The corrections of a path. `to_horizon_mps`: the stacked mean velocity until the horizon.
   Corrections corrections(const CurbTrajectory& observed, const ObservedFeatures& seen, const Vector2& to_horizon_mps,
                           double interval_s) const;
   /// Adds a window of a person whose path is corrected. `truths_mps`, `stacked_mps`: true and stacked mean velocities
