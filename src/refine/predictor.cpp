@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "core/concatenate.hpp"
 #include "refine/prepared_model.hpp"
 #include "sila/core/sampling.hpp"
 
@@ -26,6 +27,9 @@ double Predictor::interval_s() const {
 
 const Prediction& Predictor::predict(const CurbTrajectory& observed, Workspace& workspace) const {
   require_observed(observed, interval_s());
+  if (observed.frame.unit_m != rescaled(observed.frame, prepared_->scaling()).unit_m)
+    throw invalid_argument("predict: track '", observed.id, "' has frame.unit_m = ", observed.frame.unit_m.x(),
+                           ", another unit than the model's; make its frame by `rescaled` with the model's scaling");
   workspace.scratch.reset();
   const int steps = steps_in(config().horizon_s, interval_s());
   return prepared_->predict(observed, prepared_->merged_rollouts(observed, steps, workspace.scratch), workspace);

@@ -115,6 +115,7 @@ PreparedModel::PreparedModel(const Model& model, const RefineConfig& config, con
     : config_(config),
       rollout_config_(rollout_config(config)),
       interval_s_(model.settings.sample_interval_s),
+      scaling_(model.settings.scaling),
       fields_(model, config, earlier, of_earlier ? &of_earlier->fields_ : nullptr),
       residuals_(model, earlier, of_earlier ? &of_earlier->residuals_ : nullptr),
       untrained_(fitted_to(pooled_error_statistics(model))) {

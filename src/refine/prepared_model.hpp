@@ -40,6 +40,7 @@ class PreparedModel {
 
   const RefineConfig& config() const { return config_; }
   double interval_s() const { return interval_s_; }
+  CurbScaling scaling() const { return scaling_; }
   const FlowFieldIndex& fields() const { return fields_; }
   /// Fitted to the past errors of a trained site, or of all sites together.
   const Stacking& stacking(std::optional<int> site) const { return fitted(site).stacking; }
@@ -59,6 +60,7 @@ class PreparedModel {
   RefineConfig config_;
   PredictConfig rollout_config_;
   double interval_s_;
+  CurbScaling scaling_;
   FlowFieldIndex fields_;
   ResidualIndex residuals_;
   Fitted untrained_;             ///< for untrained sites: by the error statistics of all sites together

@@ -280,12 +280,15 @@ TEST(Predictor, RejectsNumbersThatAreNotFinite) {
     EXPECT_THROW(Predictor(corner_model(), kConfig.predict).predict(track), std::invalid_argument);
 }
 
-TEST(Predictor, RefusesATrackSampledOtherwiseAndAHorizonThatIsNotPositive) {
+TEST(Predictor, RefusesATrackSampledOtherwiseOrInOtherUnitsAndAHorizonThatIsNotPositive) {
   SamplingConfig coarse;
   coarse.interval_s = 0.4;
-  const CurbTrajectory observed =
-      observe(testing::walk("a", {{0, 0}, {10, 0}}, 1.0), 50, testing::square_frame(), 3.2, coarse);
-  EXPECT_THROW(Predictor(corner_model(), kConfig.predict).predict(observed), std::invalid_argument);
+  CurbFrame in_widths = testing::square_frame();
+  in_widths.unit_m = Vector2::Constant(2.5);
+  for (const auto& [sampling, frame] : {std::pair{coarse, testing::square_frame()}, {kConfig.sampling, in_widths}}) {
+    const CurbTrajectory observed = observe(testing::walk("a", {{0, 0}, {10, 0}}, 1.0), 50, frame, 3.2, sampling);
+    EXPECT_THROW(Predictor(corner_model(), kConfig.predict).predict(observed), std::invalid_argument);
+  }
   RefineConfig none = kConfig.predict;
   none.horizon_s = 0.0;
   EXPECT_THROW(Predictor(corner_model(), none), std::invalid_argument);

@@ -27,7 +27,7 @@ class Predictor {
   /// The next seconds of a person as weighted modes, at least one for any track. `observe` (sila/core/sampling.hpp)
   /// makes `observed` of a track in metres. Units: `observed` in curb units, sampled at the model's interval, ending at
   /// t0; the prediction in metres, world frame. Throws: std::invalid_argument for a track that breaks its invariant or
-  /// has another sampling interval. Source: SILA paper, section on prediction; docs/predict.md.
+  /// has another sampling interval or unit. Source: SILA paper, section on prediction; docs/predict.md.
   Prediction predict(const CurbTrajectory& observed) const;
   /// The same without allocation once the workspace is large enough; the result is valid until the workspace is used
   /// again.
