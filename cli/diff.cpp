@@ -31,7 +31,12 @@ void diff_models(const DiffOptions& options) {
   const StoredModel a = load_model(options.a), b = load_model(options.b);
   const Config config = configured(options.common, a, options.a);
   const ModelComparison difference = compare(a.model, b.model, config.episode.fuse.similarity_threshold);
-  const Predictor of_a(a.model, config.episode.predict), of_b(b.model, config.episode.predict);
+  const Config config_b = configured(options.common, b, options.b);
+  require_one_scale(config, config_b);
+  const auto in_b = [&](const Site& site) { return find_site(b.model.sites, site.frame).has_value(); };
+  if (std::ranges::none_of(a.model.sites, in_b))
+    warn({"the models have no site in common, so at each path one of them predicts as at an unknown place"});
+  const Predictor of_a(a.model, config.episode.predict), of_b(b.model, config_b.episode.predict);
   const std::vector<CurbTrajectory> paths = observed_paths(options, a.model, b.model, config);
   const std::vector<HorizonDifference> predictions = compare_predictions(of_a, of_b, paths);
   print(options.common, to_json(difference, predictions, paths.size()),

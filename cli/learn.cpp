@@ -122,7 +122,10 @@ void print_result(const LearnOptions& options, const Training& run, std::size_t 
   const int episodes = static_cast<int>(reports.size()) + known;
   if (known > 0) {
     std::cerr << known << " of " << episodes << " batches are in " << options.model
-              << " already and were not learnt again\n";
+              << " already and were not learnt again"
+              << (known < episodes ? "; if a file has grown, tracks of its last batch were learnt twice: give each "
+                                     "period a file of its own\n"
+                                   : "\n");
   }
   int subsumed = 0;
   BudgetReport evicted;

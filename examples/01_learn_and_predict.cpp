@@ -27,7 +27,10 @@ constexpr std::size_t kBatch = 20;
 /// Tracks in the frame of the place: that of the model, or for a new model one made from the first batch.
 std::vector<sila::FramedTrajectory> read(const std::filesystem::path& path, const sila::Model& model,
                                          const sila::Config& config) {
-  sila::CleanTracks clean = sila::read_tracks(std::span(&path, 1), {}, {}, config.clean);
+  sila::ReadOptions options;
+  options.camera = sila::pixel_camera(config);  // of a model in pixels; else positions are metres
+  sila::CleanTracks clean = sila::read_tracks(std::span(&path, 1), {}, options, config.clean);
+  for (const std::string& warning : clean.report.warnings) std::fprintf(stderr, "%s\n", warning.c_str());
   auto tracks = sila::without_frames(std::move(clean.trajectories));
   const auto first = std::span(tracks).first(std::min(kBatch, tracks.size()));
   const sila::Scene scene = sila::scene_for({}, model, first, config.corners);

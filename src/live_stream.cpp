@@ -1,6 +1,7 @@
 #include "sila/live_stream.hpp"
 
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include <array>
 #include <limits>
@@ -18,6 +19,8 @@ namespace sila {
 namespace {
 
 constexpr StreamId kStream = 1;
+/// If so many detections are rejected and none is accepted, there is a warning.
+constexpr std::uint64_t kAllRejected = 100;
 
 }  // namespace
 
@@ -40,6 +43,7 @@ struct LiveStream::State {
   void start_learner();
   std::vector<LivePrediction> predict_due();
   void learn_finished();
+  void count(Rejection rejection);
 };
 
 LiveStream::State::State(LiveStreamOptions options) : path(options.file), stored(std::move(options.start)) {
@@ -90,17 +94,26 @@ std::vector<LivePrediction> LiveStream::State::predict_due() {
   const std::vector<PredictionRequest> requests = take_due_requests(core, due_predictions(core), settings);
   const std::shared_ptr<const Snapshot> snapshot = learner->snapshot();
   std::vector<LivePrediction> predictions(requests.size());
-  tbb::parallel_for(std::size_t{0}, requests.size(), [&](std::size_t i) {
+  const auto predict = [&](std::size_t i) {
     const CurbTrajectory& observed = requests[i].observed;
     predictions[i] = {requests[i].track, observed.id,
                       calibrated(snapshot->predictor.predict(observed), core.online_calibration)};
-  });
+  };
+  // Isolated: a task of the caller that this thread took over while it waits could call `update`, whose mutex it holds.
+  tbb::this_task_arena::isolate([&] { tbb::parallel_for(std::size_t{0}, requests.size(), predict); });
   for (std::size_t i = 0; i < requests.size(); ++i) retain(core, requests[i], predictions[i].prediction, settings);
   return predictions;
 }
 
 void LiveStream::State::learn_finished() {
   if (!core.finished.empty()) learner->add(std::exchange(core.finished, {}), core.online_calibration);
+}
+
+void LiveStream::State::count(Rejection rejection) {
+  const std::uint64_t of_kind = ++rejected[static_cast<std::size_t>(rejection)];
+  if (core.counters.detections == 0 && of_kind == kAllRejected)
+    core.warnings.push_back("no detection was accepted so far, " + std::to_string(of_kind) +
+                            " were rejected: " + std::string(text_of(rejection).text));
 }
 
 LiveStream::LiveStream(LiveStreamOptions options) : state_(std::make_unique<State>(std::move(options))) {}
@@ -114,7 +127,7 @@ std::vector<LivePrediction> LiveStream::update(double now_s, std::span<const Det
   for (const Detection& row : detections) {
     const auto rejection = ingest(state_->core, kStream, row, 0.0, state_->settings).rejection;
     silent = silent && rejection && rejection != Rejection::off_clock;  // a wrong stamp is no silence
-    if (rejection) ++state_->rejected[static_cast<std::size_t>(*rejection)];
+    if (rejection) state_->count(*rejection);
   }
   // The clock of the stream stands still meanwhile.
   if (silent) end_if_silent(state_->core, kStream, now_s, state_->settings);

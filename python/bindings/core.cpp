@@ -125,7 +125,10 @@ void bind_frame(nb::module_& module) {
           [](const CurbFrame& f) {
             return array_of_points({f.axis_1, f.axis_2});
           },
-          nb::rv_policy::automatic, "Shape (2, 2): a row is the unit vector along a curb, away from the corner.")
+          nb::rv_policy::automatic,
+          "Shape (2, 2): a row is the unit vector of an axis, away from the corner. In metres the axes have a right "
+          "angle\n"
+          "and the bisector of the curbs, in sidewalk widths they are the directions of the curbs.")
       .def_prop_ro(
           "unit_m", [](const CurbFrame& f) { return array_of_pair(f.unit_m); }, nb::rv_policy::automatic,
           "Shape (2,): metres along each axis of one unit of the curb coordinates.")

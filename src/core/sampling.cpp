@@ -207,6 +207,7 @@ std::vector<MotionState> smooth(const Trajectory& track, std::span<const double>
 
 CurbTrajectory observe(const Trajectory& track, std::size_t last, const CurbFrame& frame, double observe_s,
                        const SamplingConfig& config) {
+  validate(frame);
   require_window("observe", track, last, observe_s, config.interval_s);
   std::vector<double> times_s = observed_times_s(track, last, observe_s, config.interval_s);
   const std::vector<MotionState> states = smooth(track, times_s, last + 1, config);
@@ -216,6 +217,7 @@ CurbTrajectory observe(const Trajectory& track, std::size_t last, const CurbFram
 }
 
 CurbTrajectory resample(const Trajectory& track, const CurbFrame& frame, const SamplingConfig& config) {
+  validate(frame);
   validate(track);
   require_window("resample", track, track.times_s.size() - 1, config.interval_s, config.interval_s);
   std::vector<double> times_s;

@@ -15,6 +15,7 @@ constexpr double kLargePlace_m = 50.0;  ///< coordinates in whole and half numbe
 constexpr double kDegreesPlace = 0.01;  ///< a place of 1 km in degrees; in metres the noise of any tracker is larger
 constexpr std::size_t kFewRows = 10;    ///< too few to say anything
 constexpr double kSlowWalk_mps = 0.25;  ///< people who walk are faster, also in a dense crowd
+constexpr double kFastWalk_mps = 3.0;   ///< at no place half of the people run
 
 /// Displacement over about one second, per second, at every sample of a track where it exists. Shorter times would not
 /// do: interpolated pixel positions stand still for some frames and then leap.
@@ -130,10 +131,14 @@ std::vector<std::string> unit_warnings(std::span<const Trajectory> tracks, doubl
   }
   const std::vector<double> walking = walking_speeds(tracks);
   const double walk_mps = quantile(walking, 0.5);
-  if (walking.size() >= kFewestWalking && walk_mps < kSlowWalk_mps)
+  if (walking.size() < kFewestWalking) return warnings;
+  if (walk_mps < kSlowWalk_mps)
     warnings.push_back(concatenate(
         "people walk at ", walk_mps,
         " m/s here: are the positions metres that are read as pixels, or is the scale or the clock wrong?"));
+  if (walk_mps > kFastWalk_mps && seen.upper_quartile_mps <= kRunner_mps)
+    warnings.push_back(concatenate("people walk at ", walk_mps,
+                                   " m/s here: are the positions feet, or is the frame rate or the clock wrong?"));
   return warnings;
 }
 

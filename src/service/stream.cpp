@@ -191,6 +191,7 @@ IngestResult ingest(StreamCore& core, StreamId id, const Detection& given, doubl
     if (!ground_m) return {Rejection::not_usable, false};
     row.position_m = *ground_m;
   }
+  if (row.label == "0") row.label = "person";  // COCO's number, as in lines of detections
   if (!is_usable(row, settings.clean)) return {Rejection::not_usable, false};
   Stream& stream = core.streams[id];
   const ClockReading reading = read_stamp(stream.clock, row.t_s, !stream.pedestrians.empty(), settings.service);

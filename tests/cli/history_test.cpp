@@ -85,6 +85,9 @@ TEST_F(Program, TellsWhatDiffersBetweenTwoModels) {
   EXPECT_GT(on_tracks.at("transitions").at("only_b").size() + on_tracks["transitions"]["changed"].size(), 0u);
   // Without a scene the tracks lie in the frame of the first model.
   EXPECT_GT(json_of("diff m.sila n.sila more.csv --json").at("windows").get<int>(), 20);
+  EXPECT_FALSE(says(reported.err, "no site in common"));
+  ASSERT_EQ(run("learn more.csv --model without_scene.sila").code, 0);
+  EXPECT_TRUE(says(run("diff m.sila without_scene.sila").err, "no site in common"));
 }
 
 TEST_F(Program, VerifiesAModelInOneLineAndSaysWhatHelps) {

@@ -211,6 +211,9 @@ TEST(Sampling, NamesTheSampleWhosePositionIsNotFinite) {
   track.positions_m[50].y() = std::numeric_limits<double>::quiet_NaN();
   const auto why = [&](std::size_t last) { return message_of([&] { observe(track, last, square_frame(), 3.2, {}); }); };
   EXPECT_TRUE(says(why(60), "sample 50: position is not finite"));
+  CurbFrame without_axis;
+  without_axis.axis_1 = Vector2::Zero();
+  EXPECT_TRUE(says(message_of([&] { observe(track, 40, without_axis, 3.2, {}); }), "curb_frame: axis_1"));
   EXPECT_EQ(why(40), "");
 }
 

@@ -1,6 +1,8 @@
 #include "sila/live_stream.hpp"
 
 #include <gtest/gtest.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include <limits>
 #include <thread>
@@ -96,6 +98,36 @@ TEST(LiveStream, RejectsFaultyDetectionsAndCountsThem) {
   EXPECT_EQ(rejected(Rejection::not_usable), 2u);
   EXPECT_EQ(rejected(Rejection::not_a_detection), 2u);
   EXPECT_EQ(rejected(Rejection::off_clock), 1u);
+}
+
+TEST(LiveStream, WarnsOnceIfNothingIsAccepted) {
+  LiveStream stream({});
+  const std::vector<Detection> cars(60, {"a", 1.0, {0.0, 0.0}, "Car"});
+  stream.update(1.0, cars);
+  EXPECT_TRUE(stream.take_warnings().empty());
+  stream.update(1.1, cars);
+  const std::vector<std::string> warnings = stream.take_warnings();
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_TRUE(says(warnings[0], "no detection was accepted")) << warnings[0];
+  const Detection person{"b", 1.0, {0.0, 0.0}, "0"};
+  stream.update(1.2, std::span(&person, 1));
+  EXPECT_EQ(stream.metrics().counters.detections, 1u) << "0 is a person, as in lines of detections";
+}
+
+TEST(LiveStream, CanBeUpdatedFromTasks) {
+  LiveStream stream({.config = small_batches()});
+  feed(stream, corner_walks(10, 5));
+  tbb::task_arena arena(8);
+  arena.execute([&] {
+    tbb::parallel_for(0, 400, [&](int k) {
+      std::vector<Detection> rows;
+      const double passed_s = 0.1 * (k / 8);
+      for (int i = 0; i < 10; ++i)
+        rows.push_back({std::to_string(k % 8) + "/" + std::to_string(i), 1000.0 + passed_s, {passed_s, 1.0 * i}});
+      stream.update(rows.front().t_s, rows);
+    });
+  });
+  EXPECT_GT(stream.metrics().counters.detections, 0u);
 }
 
 TEST(LiveStream, RejectsAConfigurationThatContradictsTheModel) {

@@ -147,7 +147,7 @@ def _scene(file: str, item: dict[str, Any], where: str, config: str, overrides: 
     config, name = merged(config, overrides.config), item["name"]
     print(f"reading {name}", file=sys.stderr)
     if "simulate" in item:
-        tracks = FramedTracks.simulated(config)
+        tracks = FramedTracks.simulated(_along_curbs(config))
     elif "scene" in item:
         tracks = _recorded(file, _text(file, item, where, "scene"), config, overrides, noise_m)
     else:
@@ -156,13 +156,18 @@ def _scene(file: str, item: dict[str, Any], where: str, config: str, overrides: 
     return ExperimentScene(name, tracks, config, tracks.hash, used)
 
 
+def _along_curbs(config: str) -> str:
+    """With frames that have the directions of the curbs, until a method rescales them by its configuration."""
+    return json.dumps(json.loads(config) | {"scaling": "mean_width"})
+
+
 def _recorded(file: str, name: str, config: str, overrides: Overrides, noise_m: float = 0.0) -> FramedTracks:
     folders = [Path(file).parent] + ([Path(overrides.data_dir)] if overrides.data_dir else [])
     for folder in folders:
         if (folder / name).exists():
             scene = Scene.load(folder / name, data_dir=overrides.data_dir or "")
             tracks, _ = _sila.read_files([], scene, None, None, None, None, [], config)
-            return FramedTracks(_disturbed(tracks, noise_m) if noise_m > 0 else tracks, scene, config)
+            return FramedTracks(_disturbed(tracks, noise_m) if noise_m > 0 else tracks, scene, _along_curbs(config))
     looked = f" or in {overrides.data_dir}" if overrides.data_dir else " (or in --data-dir, which is not given)"
     raise FormatError(file, 0, f"the scene file beside the experiment file{looked}", json.dumps(name))
 
