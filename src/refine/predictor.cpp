@@ -27,9 +27,9 @@ double Predictor::interval_s() const {
 
 const Prediction& Predictor::predict(const CurbTrajectory& observed, Workspace& workspace) const {
   require_observed(observed, interval_s());
-  if (observed.frame.unit_m != rescaled(observed.frame, prepared_->scaling()).unit_m)
+  if (prepared_->scaling() == CurbScaling::metres && observed.frame.unit_m != Vector2::Ones())
     throw invalid_argument("predict: track '", observed.id, "' has frame.unit_m = ", observed.frame.unit_m.x(),
-                           ", another unit than the model's; make its frame by `rescaled` with the model's scaling");
+                           ", with scaling = metres it must be 1; make the frame with that scaling");
   workspace.scratch.reset();
   const int steps = steps_in(config().horizon_s, interval_s());
   return prepared_->predict(observed, prepared_->merged_rollouts(observed, steps, workspace.scratch), workspace);
