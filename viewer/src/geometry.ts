@@ -20,6 +20,13 @@ export interface Grid {
   tile_cells: number;
 }
 
+/** The corner in coordinates along its curbs, in which each sidewalk is one unit wide. */
+export function alongCurbs(corner: Corner): Corner {
+  const [axis_1, axis_2] = corner.curbs ?? [corner.axis_1, corner.axis_2];
+  const sine = Math.abs(axis_1[0] * axis_2[1] - axis_1[1] * axis_2[0]);
+  return { ...corner, axis_1, axis_2, unit_m: [corner.widths_m[1] / sine, corner.widths_m[0] / sine] };
+}
+
 /** Curb coordinates [curb units] to metres. */
 export function toWorld(corner: Corner, [q1, q2]: Point): Point {
   const [u1, u2] = [corner.unit_m[0] * q1, corner.unit_m[1] * q2];

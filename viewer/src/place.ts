@@ -5,7 +5,7 @@ import { zoom, zoomIdentity, type D3ZoomEvent, type ZoomTransform } from "d3-zoo
 import { applied, inverse, type Homography } from "./camera";
 import type { Scene } from "./data";
 import { h, s } from "./dom";
-import { pointsOf, toCurb, toWorld, type Grid, type Point } from "./geometry";
+import { alongCurbs, pointsOf, toCurb, toWorld, type Grid, type Point } from "./geometry";
 
 export interface Bounds { x0: number; y0: number; x1: number; y1: number }
 export type Layer = "grid" | "tracks" | "axes";
@@ -213,15 +213,16 @@ export class PlaceMap {
   /** Each corner is a block with a sidewalk along two curbs. */
   private blocks(): SVGElement[] {
     const shapes: SVGElement[] = [];
+    const corners = this.scene.corners.map(alongCurbs);
     for (const part of ["walk", "block"] as const) {
-      for (const corner of this.scene.corners) {
+      for (const corner of corners) {
         const [l1, l2] = [this.reach() / corner.unit_m[0], this.reach() / corner.unit_m[1]];
         const from = part === "walk" ? 0 : 1;
         const outline: Point[] = [[from, from], [l1, from], [l1, l2], [from, l2]];
         shapes.push(s("path", { class: part, d: this.path(outline.map((q) => toWorld(corner, q)), true) }));
       }
     }
-    for (const corner of this.scene.corners) {
+    for (const corner of corners) {
       const [l1, l2] = [this.reach() / corner.unit_m[0], this.reach() / corner.unit_m[1]];
       shapes.push(s("path", { class: "curb", d: this.path(([[l1, 0], [0, 0], [0, l2]] as Point[]).map((q) => toWorld(corner, q))) }));
     }
@@ -252,12 +253,13 @@ export class PlaceMap {
   }
 
   private axes(): SVGElement[] {
-    const corner = this.scene.corners[this.scene.primary ?? 0];
-    if (!corner || this.backdrop) return [];
+    const primary = this.scene.corners[this.scene.primary ?? 0];
+    if (!primary || this.backdrop) return [];
+    const corner = alongCurbs(primary);
     const length = 0.28 * Math.min(this.bounds.x1 - this.bounds.x0, this.bounds.y1 - this.bounds.y0);
     const shapes: SVGElement[] = [];
     ([1, 2] as const).forEach((name) => {
-      const axis = (corner.curbs ?? [corner.axis_1, corner.axis_2])[name - 1]!;
+      const axis = name === 1 ? corner.axis_1 : corner.axis_2;
       const tip: Point = [corner.origin[0] + length * axis[0], corner.origin[1] + length * axis[1]];
       const [[ax, ay], [bx, by]] = [this.project(corner.origin), this.project(tip)];
       const angle = Math.atan2(by - ay, bx - ax);
