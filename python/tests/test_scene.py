@@ -10,11 +10,15 @@ OBLIQUE = {"origin": [3.0, -2.0], "axis_1": [3.0, 4.0], "axis_2": [-1.0, 0.5], "
 
 @pytest.mark.parametrize(("scaling", "unit_m"), [("metres", 1.0), ("mean_width", 2.5)])
 def test_curb_coordinates_are_those_of_the_definition(scaling, unit_m):
-    """q solves p = origin + unit * (q1 axis_1 + q2 axis_2): on three points and an oblique corner."""
+    """q solves p = origin + unit * (q1 axis_1 + q2 axis_2): on three points and an oblique corner. In metres the axes
+    have a right angle and the bisector of the curbs."""
     frame = sila.Scene(**OBLIQUE).frame(scaling=scaling)
     q = np.array([[1.0, 0.0], [0.25, -2.0], [-3.0, 0.5]])
     axes = np.array([OBLIQUE["axis_1"], OBLIQUE["axis_2"]])
     axes /= np.linalg.norm(axes, axis=1)[:, None]
+    if scaling == "metres":
+        between, across = (v / np.linalg.norm(v) for v in (axes[0] + axes[1], axes[1] - axes[0]))
+        axes = np.stack([between - across, between + across]) / np.sqrt(2.0)
     expected = np.array(OBLIQUE["origin"]) + unit_m * q @ axes
     np.testing.assert_allclose(frame.to_world(q), expected, rtol=0, atol=1e-12)
     np.testing.assert_allclose(frame.to_curb(expected), q, rtol=0, atol=1e-12)
