@@ -46,9 +46,9 @@ def test_the_new_baseline_of_the_page_runs(tmp_path):
 
 
 def test_only_methods_in_metres_have_a_right_angle_at_an_oblique_corner(tmp_path):
-    oblique = [{"name": "acute", "simulate": {"layout": "acute", "tracks": 40}}]
+    oblique = [{"name": "acute", "simulate": {"layout": "acute", "tracks": 120}}]
     methods = ["sila", {"name": "paper", "method": "sila", "config": {"profile": "paper"}}]
-    experiment = read_experiment(written(tmp_path, scenes=oblique, methods=methods))
+    experiment = read_experiment(written(tmp_path, config={}, scenes=oblique, methods=methods))
     frames = [protocol_of(experiment, run).training[0].frame(0) for run in runs_of(experiment)[:2]]
     assert [frame.axes[0] @ frame.axes[1] for frame in frames] == pytest.approx([0.0, 0.5])
 

@@ -107,7 +107,8 @@ def test_fusing_adds_tracks_and_episodes_and_explains_itself(place, model, unsee
 
 def test_fusing_two_frames_of_one_place_is_a_warning(place, unseen):
     with pytest.warns(UserWarning, match="nothing was fused, as one frame or both were made from tracks"):
-        sila.fuse(sila.learn(place.tracks), sila.learn(unseen.tracks, scene=place.scene))
+        corner = sila.Scene(origin=[-9.0, 9.0], axis_1=[1.0, 0.0], axis_2=[0.0, 1.0], sidewalk_width_m=2.0)
+        sila.fuse(sila.learn(place.tracks), sila.learn(unseen.tracks, scene=corner))
 
 
 def test_learning_again_or_at_another_place_is_a_warning(model, place):
