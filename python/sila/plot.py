@@ -49,7 +49,7 @@ def curb_frame(place: SceneLike, *, corner: int | None = None, reach: int = 4, a
     """The common frame of a corner: its two curbs, and lines of equal curb coordinates, one a sidewalk width."""
     place = as_scene(place)
     ax = scene(place, ax=ax)
-    frame = place.frame(corner=corner)
+    frame = place.frame(corner=corner, scaling="mean_width")
     steps = np.arange(-reach, reach + 1)
     for value in steps:
         style: dict[str, Any] = {"color": "#9a9a9a", "linewidth": 0.5, "zorder": 1}
