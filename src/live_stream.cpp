@@ -19,7 +19,7 @@ namespace sila {
 namespace {
 
 constexpr StreamId kStream = 1;
-/// If so many detections are rejected and none is accepted, there is a warning.
+/// The stream warns when it has rejected this many detections for one reason and accepted none.
 constexpr std::uint64_t kAllRejected = 100;
 
 }  // namespace

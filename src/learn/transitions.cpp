@@ -17,7 +17,7 @@ std::size_t samples_in(double stride_s, const CurbTrajectory& track) {
 }
 
 /// The samples of stretches. Of each stretch one every `stride_s`, the first half of that after the start; of one
-/// shorter than `stride_s` the middle sample.
+/// shorter than `stride_s` the middle sample. At least one stretch must not be empty: the first of a transition is not.
 GpData gather(std::span<const CurbTrajectory> tracks, const std::vector<Stretch>& stretches, double stride_s) {
   std::vector<Vector2> positions, velocities;
   for (const auto& [number, begin, end] : stretches) {
