@@ -133,17 +133,20 @@ FlowFieldIndex::FlowFieldIndex(const Model& model, const PredictConfig& config, 
       return of_earlier->field(*same).posterior;
     return FlowPosterior(field.gp, field.second());
   };
-  fields_.resize(model.transitions.size());
-  std::vector<std::vector<std::int64_t>> buckets(fields_.size());
-  tbb::parallel_for(std::size_t{0}, fields_.size(), [&](std::size_t i) {
-    const Transition& t = model.transitions[i];
-    const double probability = t.count / leaving_count[static_cast<std::size_t>(t.from)];
-    fields_[i] = Field{t.from, t.to, t.count, probability, posterior_of(t.field)};
-    buckets[i] = buckets_of(t.field.gp, bucket_size_);
+  std::vector<std::optional<FlowPosterior>> posteriors(model.transitions.size());
+  std::vector<std::vector<std::int64_t>> buckets(posteriors.size());
+  tbb::parallel_for(std::size_t{0}, posteriors.size(), [&](std::size_t i) {
+    const FlowField& field = model.transitions[i].field;
+    posteriors[i] = posterior_of(field);
+    buckets[i] = buckets_of(field.gp, bucket_size_);
   });
-  for (std::size_t i = 0; i < fields_.size(); ++i) {
-    leaving_[static_cast<std::size_t>(fields_[i]->from)].push_back(static_cast<int>(i));
-    add_transition(static_cast<int>(i), buckets[i], model.transitions[i].sites);
+  fields_.reserve(posteriors.size());
+  for (std::size_t i = 0; i < posteriors.size(); ++i) {
+    const Transition& t = model.transitions[i];
+    const auto from = static_cast<std::size_t>(t.from);
+    fields_.push_back({t.from, t.to, t.count, t.count / leaving_count[from], *std::move(posteriors[i])});
+    leaving_[from].push_back(static_cast<int>(i));
+    add_transition(static_cast<int>(i), buckets[i], t.sites);
   }
   add_wide_fields();
   add_summaries();
@@ -195,7 +198,7 @@ void FlowFieldIndex::add_summaries() {
       of_field.summaries.push_back(&bucket->summaries[k]);
     }
   }
-  tbb::parallel_for(std::size_t{0}, fields_.size(), [&](std::size_t i) { fill(summaries[i], *fields_[i], xs, ys); });
+  tbb::parallel_for(std::size_t{0}, fields_.size(), [&](std::size_t i) { fill(summaries[i], fields_[i], xs, ys); });
 }
 
 std::optional<int> FlowFieldIndex::site(const CurbFrame& frame) const {

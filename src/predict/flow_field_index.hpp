@@ -29,7 +29,7 @@ class FlowFieldIndex {
     FlowPosterior posterior;   ///< variances [curb units²/s²]
   };
 
-  const Field& field(int transition) const { return *fields_[static_cast<std::size_t>(transition)]; }
+  const Field& field(int transition) const { return fields_[static_cast<std::size_t>(transition)]; }
   /// The trained site of this frame; null at an untrained site.
   std::optional<int> site(const CurbFrame& frame) const;
   /// Transitions whose field may cover the current position, in order. If sites are apart: those of this site; at an
@@ -65,7 +65,7 @@ class FlowFieldIndex {
   std::size_t max_shortlisted_ = 0;
   std::vector<Site> sites_;
   bool apart_ = true;
-  std::vector<std::optional<Field>> fields_;  ///< none is null
+  std::vector<Field> fields_;
   std::vector<std::vector<int>> leaving_;
   /// If sites are apart: one for each; else one for all.
   std::vector<Buckets> buckets_;
