@@ -83,26 +83,26 @@ bool is_moving(const Window& window, const EpisodeConfig& config, const Evaluate
   return (window.past_m.back() - window.past_m.front()).norm() >= share * kMoving_m;
 }
 
-/// References fitted to the windows of people who move, or to those of the others.
-std::vector<LinearReference> references_on(std::span<const Window> windows, bool moving, const EpisodeConfig& config,
-                                           const EvaluateConfig& evaluate_config, std::size_t count) {
-  std::vector<const Window*> chosen;
-  for (const Window& window : windows) {
-    if (is_moving(window, config, evaluate_config) == moving) chosen.push_back(&window);
-  }
-  return fit_references(chosen, static_cast<std::size_t>(steps_of(config)), config.sampling.interval_s, count);
+/// The first `count` references.
+ReferencesByMotion references_on(std::span<const Window> windows, const EpisodeConfig& config,
+                                 const EvaluateConfig& evaluate_config, std::size_t count) {
+  std::array<std::vector<const Window*>, 2> by_motion;
+  for (const Window& window : windows) by_motion[is_moving(window, config, evaluate_config) ? 1 : 0].push_back(&window);
+  const auto fitted_to = [&](std::span<const Window* const> chosen) {
+    return fit_references(chosen, static_cast<std::size_t>(steps_of(config)), config.sampling.interval_s, count);
+  };
+  return {fitted_to(by_motion[0]), fitted_to(by_motion[1])};
 }
 
 /// No mode: there was no forecast for this window.
-WindowScore score_forecast(const Forecast& forecast, const Window& window, std::span<const LinearReference> own,
+WindowScore score_forecast(const Forecast& forecast, const Window& window, const ReferencesByMotion& references,
                            const EpisodeConfig& config, const EvaluateConfig& evaluate_config,
                            const TrainingSupport* support) {
   const Prediction prediction = forecast(window.observed);
   if (prediction.modes.empty()) return {};
-  if (support == nullptr) return score_window(prediction, window, own, config, evaluate_config);
   const bool moving = is_moving(window, config, evaluate_config);
-  WindowScore score =
-      score_window(prediction, window, moving ? support->moving : support->standing, config, evaluate_config);
+  WindowScore score = score_window(prediction, window, references[moving ? 1 : 0], config, evaluate_config);
+  if (support == nullptr) return score;
   const auto constant_m = constant_velocity(window.past_m, steps_of(config), config.sampling.interval_s);
   score.inside = contains(support->area, constant_m.back());
   const std::vector<Way> ways = ways_on(support->passages, window, config.sampling.interval_s);
@@ -199,12 +199,8 @@ double heading_change_rad(std::span<const Vector2> path_m, double interval_s) {
 TrainingSupport training_support(std::span<const FramedTrajectory> train, const EpisodeConfig& config,
                                  const EvaluateConfig& evaluate_config) {
   const std::vector<Window> windows = windows_with_future(train, config, evaluate_config).windows;
-  const auto references = [&](bool moving) {
-    return references_on(windows, moving, config, evaluate_config, kReferenceCount);
-  };
-  std::vector<const Window*> all;
-  for (const Window& window : windows) all.push_back(&window);
-  return {covered_area(train), references(true), references(false), passages_of(all, config.sampling.interval_s)};
+  return {covered_area(train), references_on(windows, config, evaluate_config, kReferenceCount),
+          passages_of(windows, config.sampling.interval_s)};
 }
 
 Evaluation evaluate_forecast(const Forecast& forecast, std::span<const FramedTrajectory> tracks,
@@ -213,16 +209,15 @@ Evaluation evaluate_forecast(const Forecast& forecast, std::span<const FramedTra
   validate_fields("evaluate", evaluate_config);
   TestWindows found = windows_with_future(tracks, config, evaluate_config);
   // The paths of other references would be fitted to the windows that they are scored on.
-  const auto own_of = [&](bool moving) { return references_on(found.windows, moving, config, evaluate_config, 2); };
-  const std::array own{own_of(false), own_of(true)};
+  const ReferencesByMotion own =
+      support ? ReferencesByMotion{} : references_on(found.windows, config, evaluate_config, 2);
   Evaluation evaluation;
   evaluation.horizons_s = horizons_until(config.predict.horizon_s);
   evaluation.skipped = std::move(found.skipped);
   evaluation.windows.resize(found.windows.size());
   tbb::parallel_for(std::size_t{0}, found.windows.size(), [&](std::size_t i) {
-    const Window& window = found.windows[i];
-    evaluation.windows[i] = score_forecast(forecast, window, own[is_moving(window, config, evaluate_config) ? 1 : 0],
-                                           config, evaluate_config, support);
+    evaluation.windows[i] = score_forecast(forecast, found.windows[i], support ? support->references : own, config,
+                                           evaluate_config, support);
   });
   std::erase_if(evaluation.windows, [](const WindowScore& window) { return window.modes == 0; });
   add_groups(evaluation, support != nullptr);

@@ -67,11 +67,11 @@ std::pair<int, int> cell_at(const Vector2& position_m) {
 
 }  // namespace
 
-std::vector<Passage> passages_of(std::span<const Window* const> windows, double interval_s) {
+std::vector<Passage> passages_of(std::span<const Window> windows, double interval_s) {
   std::vector<Passage> passages;
-  for (const Window* window : windows)
-    passages.push_back({person_of(window->observed.id), window->past_m.back(), velocity_of(*window, interval_s),
-                        window->future_m.back() - window->past_m.back()});
+  for (const Window& window : windows)
+    passages.push_back({person_of(window.observed.id), window.past_m.back(), velocity_of(window, interval_s),
+                        window.future_m.back() - window.past_m.back()});
   return passages;
 }
 

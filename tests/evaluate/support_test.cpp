@@ -46,7 +46,7 @@ TEST(EvaluateForecast, ScoresConstantVelocityAsItselfAndPartsInsideFromOutside) 
   std::map<std::pair<std::string, double>, Prediction> constant;
   for (const Window& window : windows_of(test, config.sampling, config.predict, EvaluateConfig{}.stride_s))
     constant[{window.observed.id, window.observed.times_s.back()}] =
-        support.moving.front().predict(window.past_m, config.sampling.interval_s);
+        support.references[1].front().predict(window.past_m, config.sampling.interval_s);
   const Forecast forecast = [&](const CurbTrajectory& observed) {
     return constant.at({observed.id, observed.times_s.back()});
   };

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -96,7 +97,7 @@ struct Passage {
 };
 
 /// The passage of each window that has its whole future.
-std::vector<Passage> passages_of(std::span<const Window* const> windows, double interval_s);
+std::vector<Passage> passages_of(std::span<const Window> windows, double interval_s);
 
 /// A way to continue from one place: to stay, or a direction.
 struct Way {
@@ -117,11 +118,13 @@ std::vector<Way> ways_on(std::span<const Passage> passages, const Window& window
 std::optional<double> probability_of_way_taken(const Prediction& prediction, const Window& window,
                                                std::span<const Way> ways);
 
+/// References that are fitted to windows of people who stand, and to those of people who move.
+using ReferencesByMotion = std::array<std::vector<LinearReference>, 2>;
+
 /// Results of the training tracks that an evaluation uses.
 struct TrainingSupport {
   CoveredArea area;
-  std::vector<LinearReference> moving;  ///< fitted to their moving windows
-  std::vector<LinearReference> standing;
+  ReferencesByMotion references;
   std::vector<Passage> passages;  ///< where its windows led
 };
 
