@@ -222,8 +222,7 @@ void PreparedModel::add_stacked_modes(const MergedRollouts& merged, bool fallbac
   if (!wide) return;
   const ComponentWeights weights = component_weights(stacking, seen, density, scale, hazard, workspace.scratch);
   for (Mode& mode : workspace.prediction.modes) mode.weight *= weights[0];
-  // Standing pedestrians get no variants.
-  if (!seen.person.slow || seen.person.stopped()) add_variants(workspace, density, scale, start_m, config_);
+  if (!seen.person.hardly_moved()) add_variants(workspace, density, scale, start_m, config_);
   add_wide_modes(workspace, density, weights, scale, start_m);
 }
 

@@ -144,7 +144,7 @@ std::size_t observed_class(const CurbTrajectory& observed, double observe_s) {
 
 PersonClass person_class(const CurbTrajectory& observed, double observe_s) {
   PersonClass person{0, slow_class(observed), observed_class(observed, observe_s)};
-  if (person.slow && !person.stopped()) return person;
+  if (person.hardly_moved()) return person;
   const double mean_mps = mean_speed_mps(observed);
   for (double limit_mps : kSpeedClassLimits_mps) person.speed += mean_mps >= limit_mps ? 1 : 0;
   return person;
@@ -209,7 +209,7 @@ Corrections Stacking::corrections(const CurbTrajectory& observed, const Observed
                                   const Vector2& to_horizon_mps, double interval_s) const {
   const auto& v = seen.kinematics;
   Corrections found{change_input(v.leftCols<4>(), to_horizon_mps, observed.companions_mps)};
-  found.apply = fitted() && seen.site && seen.fields_nearby && seen.person.walks() && !seen.person.stopped();
+  found.apply = fitted() && seen.site && seen.fields_nearby && seen.person.error_state() == kWalking;
   if (!found.apply) return found;
   const double horizon_s = static_cast<double>(steps_) * interval_s;
   found.motion = by_motion_.correction(found.input, horizon_s);

@@ -41,12 +41,14 @@ struct PersonClass {
 
   /// Includes people who have stopped.
   bool walks() const { return motion_state(speed) == kWalking; }
-  bool stopped() const { return slow == kStopped; }
+  /// In the whole window: excludes people who have stopped.
+  bool hardly_moved() const { return slow && slow != kStopped; }
   /// The errors of people who have stopped are like those of people who stand.
-  std::size_t density() const { return observed * kMotionStates + (stopped() ? kStanding : motion_state(speed)); }
+  std::size_t error_state() const { return slow == kStopped ? kStanding : motion_state(speed); }
+  std::size_t density() const { return observed * kMotionStates + error_state(); }
   std::size_t score() const {
     if (observed > 0) return kSpeedClasses - kMotionStates + density();
-    return stopped() ? 0 : static_cast<std::size_t>(speed);
+    return error_state() == kStanding ? 0 : static_cast<std::size_t>(speed);
   }
 };
 
