@@ -15,25 +15,24 @@ namespace sila {
 namespace {
 
 Vector2 velocity_mps(const Stacking& stacking, const ObservedFeatures& seen, const ResidualPrediction& residuals,
-                     bool uses_site, std::size_t step, double interval_s) {
-  return uses_site ? stacking.velocity_mps(stacked_features(seen, residuals, step, interval_s), step, seen)
-                   : place_free_mps(seen, step, interval_s);
+                     std::size_t step, double interval_s) {
+  return seen.uses_residuals ? stacking.velocity_mps(stacked_features(seen, residuals, step, interval_s), step, seen)
+                             : place_free_mps(seen, step, interval_s);
 }
 
-/// Fills the path of a mode; returns the scale of its errors. `uses_site`: the residual GPs of the site are used.
+/// Fills the path of a mode; returns the scale of its errors.
 ErrorScale fill_path(Mode& mode, const Stacking& stacking, const ObservedFeatures& seen,
-                     const ResidualPrediction& residuals, bool uses_site, const VelocityCorrection& correction,
-                     const Vector2& start_m, double interval_s) {
+                     const ResidualPrediction& residuals, const VelocityCorrection& correction, const Vector2& start_m,
+                     double interval_s) {
   for (std::size_t j = 0; j < mode.path_m.size(); ++j) {
     const double seconds = static_cast<double>(j + 1) * interval_s;
-    mode.path_m[j] = start_m + seconds * (velocity_mps(stacking, seen, residuals, uses_site, j, interval_s) +
-                                          correction.at(seconds));
+    mode.path_m[j] =
+        start_m + seconds * (velocity_mps(stacking, seen, residuals, j, interval_s) + correction.at(seconds));
   }
-  const ErrorDensity& density = stacking.density(seen.person.density(), uses_site);
-  return density.scale(
-      scale_features(seen.kinematics.leftCols<4>(),
-                     velocity_mps(stacking, seen, residuals, uses_site, stacking.last_step(), interval_s),
-                     uses_site ? residuals.effective_samples : 0.0));
+  const ErrorDensity& density = stacking.density(seen.person.density(), seen.uses_residuals);
+  return density.scale(scale_features(seen.kinematics.leftCols<4>(),
+                                      velocity_mps(stacking, seen, residuals, stacking.last_step(), interval_s),
+                                      seen.uses_residuals ? residuals.effective_samples : 0.0));
 }
 
 /// Transitions with which roll-outs of other modes begin, and no roll-out of this mode.
@@ -144,6 +143,7 @@ ObservedFeatures PreparedModel::observe(const CurbTrajectory& observed, const Ro
   seen.person = person_class(observed, stacking.observe_s());
   seen.site = set.site;
   seen.fields_nearby = !set.near.empty();
+  seen.uses_residuals = seen.site || !stacking.fitted();
   seen.global_motion = stacking.global_motion(seen, observed);
   seen.experts = predict_experts(residuals_, set.near, observed, scratch);
   seen.residuals = combine(residuals_, observed, seen.experts, {}, scratch);
@@ -170,9 +170,8 @@ const Prediction& PreparedModel::predict(const CurbTrajectory& observed, const M
   Prediction& prediction = begin_prediction(observed, steps, interval_s_, workspace);
   describe_person(prediction, observed, seen);
   prediction.novelty = calibration.novelty(merged.raw_novelty);
-  const bool uses_site = seen.site.has_value();
-  prediction.fallback = merged.rollouts.empty() || (stacking.fitted() && !uses_site);
-  const Vector2 to_horizon = velocity_mps(stacking, seen, seen.residuals, uses_site, stacking.last_step(), interval_s_);
+  prediction.fallback = merged.rollouts.empty() || !seen.uses_residuals;
+  const Vector2 to_horizon = velocity_mps(stacking, seen, seen.residuals, stacking.last_step(), interval_s_);
   const VelocityCorrection correction = stacking.corrections(observed, seen, to_horizon, interval_s_).total;
   if (!stacking.fitted()) {
     prediction.regions.clear();
@@ -180,7 +179,7 @@ const Prediction& PreparedModel::predict(const CurbTrajectory& observed, const M
     // Before errors are known the residual GPs alone are better than constant velocity.
     if (prediction.fallback) {
       Mode& mode = add_mode(workspace, 1.0, steps);
-      fill_path(mode, stacking, seen, seen.residuals, true, correction, prediction.start_m, interval_s_);
+      fill_path(mode, stacking, seen, seen.residuals, correction, prediction.start_m, interval_s_);
       for (std::size_t j = 0; j < steps; ++j) {
         const double spread_m = kConstantVelocitySpread_mps * static_cast<double>(j + 1) * interval_s_;
         mode.covariances_m2[j] = Matrix2::Identity() * spread_m * spread_m;
@@ -193,7 +192,7 @@ const Prediction& PreparedModel::predict(const CurbTrajectory& observed, const M
   }
   const HazardFeatures hazard = hazard_features(seen.kinematics.leftCols<4>(), to_horizon, mean_speed_mps(observed),
                                                 observed.still_s, position_at_corner_m(observed));
-  add_stacked_modes(merged, prediction.fallback, uses_site, hazard, correction, workspace);
+  add_stacked_modes(merged, hazard, correction, workspace);
   sort_by_weight(prediction.modes);
   add_regions(prediction, calibration, seen.person.score());
   prediction.change_probabilities.resize(steps);
@@ -201,13 +200,13 @@ const Prediction& PreparedModel::predict(const CurbTrajectory& observed, const M
   return prediction;
 }
 
-void PreparedModel::add_stacked_modes(const MergedRollouts& merged, bool fallback, bool uses_site,
-                                      const HazardFeatures& hazard, const VelocityCorrection& correction,
-                                      Workspace& workspace) const {
+void PreparedModel::add_stacked_modes(const MergedRollouts& merged, const HazardFeatures& hazard,
+                                      const VelocityCorrection& correction, Workspace& workspace) const {
   const auto steps = workspace.prediction.times_s.size();
+  const bool fallback = workspace.prediction.fallback;
   const ObservedFeatures& seen = merged.seen;
   const Stacking& stacking = fitted(seen.site).stacking;
-  const ErrorDensity& density = stacking.density(seen.person.density(), uses_site);
+  const ErrorDensity& density = stacking.density(seen.person.density(), seen.uses_residuals);
   const Vector2 start_m = workspace.prediction.start_m;
   const bool wide = has_wide_modes(config_);
   ErrorScale scale;
@@ -215,7 +214,7 @@ void PreparedModel::add_stacked_modes(const MergedRollouts& merged, bool fallbac
     Mode& mode = add_mode(workspace, fallback ? 1.0 : merged.rollouts[m].weight, steps);
     if (!fallback) visit_primitives(fields_, merged.rollouts[m].transitions, mode.primitives);
     const ResidualPrediction& residuals = fallback ? seen.residuals : merged.residuals[m];
-    const ErrorScale own = fill_path(mode, stacking, seen, residuals, uses_site, correction, start_m, interval_s_);
+    const ErrorScale own = fill_path(mode, stacking, seen, residuals, correction, start_m, interval_s_);
     fill_covariances(mode, density, wide ? std::optional<std::size_t>(0) : std::nullopt, own, start_m);
     if (m == 0) scale = own;
   }

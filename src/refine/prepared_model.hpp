@@ -53,7 +53,7 @@ class PreparedModel {
   const Fitted& fitted(std::optional<int> site) const {
     return site ? by_site_[static_cast<std::size_t>(*site)] : untrained_;
   }
-  void add_stacked_modes(const MergedRollouts& merged, bool fallback, bool uses_site, const HazardFeatures& hazard,
+  void add_stacked_modes(const MergedRollouts& merged, const HazardFeatures& hazard,
                          const VelocityCorrection& correction, Workspace& workspace) const;
   Fitted fitted_to(const ErrorStatistics& error_statistics) const;
 

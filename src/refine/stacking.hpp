@@ -39,6 +39,7 @@ struct ObservedFeatures {
   std::optional<int> site;       ///< none: at an untrained one
   PersonClass person;
   bool fields_nearby = false;  ///< transitions are nearby
+  bool uses_residuals = true;  ///< residual GPs; at an untrained site only before errors are known
 };
 
 /// Mean velocity from t0 to `step` (counted from 0) by the motion regression alone.
@@ -77,10 +78,10 @@ class Stacking {
   Vector2 stacked_mps(const Features& features, std::size_t step, const PersonClass& person) const;
   /// The last step that was fitted: the spread of errors must not depend on the requested horizon.
   std::size_t last_step() const { return static_cast<std::size_t>(std::max(steps_, 1) - 1); }
-  /// The density of the errors of stacked predictions (`uses_site`), or of those of the motion regression alone.
+  /// The density of the errors of stacked predictions (`uses_residuals`), or of those of the motion regression alone.
   /// `number`: PersonClass::density().
-  const ErrorDensity& density(std::size_t number, bool uses_site) const {
-    return uses_site ? density_[number] : density_place_free_[number];
+  const ErrorDensity& density(std::size_t number, bool uses_residuals) const {
+    return uses_residuals ? density_[number] : density_place_free_[number];
   }
   /// The corrections of a path. `to_horizon_mps`: the stacked mean velocity until the horizon.
   Corrections corrections(const CurbTrajectory& observed, const ObservedFeatures& seen, const Vector2& to_horizon_mps,
