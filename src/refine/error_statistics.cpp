@@ -93,17 +93,17 @@ Example example_of(const Predictor& predictor, const Window& window, int steps, 
   example.fitted = seen.site && stacking.fitted();
   example.path = path_error(prediction, window, seen.person, steps, interval_s);
   const std::size_t last = stacking.fitted() ? stacking.last_step() : static_cast<std::size_t>(steps) - 1;
-  const Vector2 to_horizon =
-      stacking.velocity_mps(stacked_features(seen, seen.residuals, last, interval_s), last, seen);
+  const double horizon_s = static_cast<double>(last + 1) * interval_s;
+  const Vector2 to_horizon = stacking.velocity_mps(stacked_features(seen, seen.residuals, horizon_s), last, seen);
   example.corrections = stacking.corrections(window.observed, seen, to_horizon, interval_s);
   for (std::size_t j = 0; j < std::min(window.future_m.size(), static_cast<std::size_t>(steps)); ++j) {
     const double seconds = static_cast<double>(j + 1) * interval_s;
     const Vector2 truth = window.future_m[j] - prediction.start_m;
-    example.features.push_back(stacked_features(seen, seen.residuals, j, interval_s));
+    example.features.push_back(stacked_features(seen, seen.residuals, seconds));
     example.truths_mps.push_back(truth / seconds);
     example.stacked_mps.push_back(stacking.velocity_mps(example.features.back(), j, seen));
     const Vector2 way = seconds * (example.stacked_mps.back() + example.corrections.total.at(seconds));
-    const Vector2 place_free_way = seconds * place_free_mps(seen, j, interval_s);
+    const Vector2 place_free_way = seconds * place_free_mps(seen, seconds);
     example.errors_m.push_back(oriented(way, truth - way));
     example.errors_place_free_m.push_back(oriented(place_free_way, truth - place_free_way));
     example.nonconformities.push_back(nonconformity(prediction, j, window.future_m[j]));
@@ -111,7 +111,7 @@ Example example_of(const Predictor& predictor, const Window& window, int steps, 
   const PastVelocities past_mps = seen.kinematics.leftCols<4>();
   example.motion = motion_input(past_mps, window.observed.companions_mps);
   example.scale = scale_features(past_mps, to_horizon, seen.residuals.effective_samples);
-  example.scale_place_free = scale_features(past_mps, place_free_mps(seen, last, interval_s), 0.0);
+  example.scale_place_free = scale_features(past_mps, place_free_mps(seen, horizon_s), 0.0);
   example.change = {hazard_features(past_mps, to_horizon, mean_speed_mps(window.observed), window.observed.still_s,
                                     position_at_corner_m(window.observed)),
                     change_step(motion_state(seen.person.speed), window.past_m, window.future_m, interval_s),

@@ -16,8 +16,9 @@ namespace {
 
 Vector2 velocity_mps(const Stacking& stacking, const ObservedFeatures& seen, const ResidualPrediction& residuals,
                      std::size_t step, double interval_s) {
-  return seen.uses_residuals ? stacking.velocity_mps(stacked_features(seen, residuals, step, interval_s), step, seen)
-                             : place_free_mps(seen, step, interval_s);
+  const double seconds = static_cast<double>(step + 1) * interval_s;
+  return seen.uses_residuals ? stacking.velocity_mps(stacked_features(seen, residuals, seconds), step, seen)
+                             : place_free_mps(seen, seconds);
 }
 
 /// Fills the path of a mode; returns the scale of its errors.

@@ -160,18 +160,15 @@ KinematicFeatures kinematic_features(const CurbTrajectory& observed) {
   return features;
 }
 
-Vector2 place_free_mps(const ObservedFeatures& observation, std::size_t step, double interval_s) {
-  return observation.kinematics.col(kConstantVelocityFeature) +
-         observation.global_motion.at(static_cast<double>(step + 1) * interval_s);
+Vector2 place_free_mps(const ObservedFeatures& observation, double seconds) {
+  return observation.kinematics.col(kConstantVelocityFeature) + observation.global_motion.at(seconds);
 }
 
-Features stacked_features(const ObservedFeatures& observation, const ResidualPrediction& residuals, std::size_t step,
-                          double interval_s) {
+Features stacked_features(const ObservedFeatures& observation, const ResidualPrediction& residuals, double seconds) {
   Features features(2, kStackedFeatures);
-  const double seconds = static_cast<double>(step + 1) * interval_s;
   const Vector2 constant = observation.kinematics.col(kConstantVelocityFeature);
   features.leftCols(kKinematicFeatures) = observation.kinematics;
-  features.col(kGlobalMotionFeature) = place_free_mps(observation, step, interval_s);
+  features.col(kGlobalMotionFeature) = place_free_mps(observation, seconds);
   features.col(kResidualFeature) = constant + residuals.residual_mps(seconds);
   return features;
 }

@@ -42,11 +42,10 @@ struct ObservedFeatures {
   bool uses_residuals = true;  ///< residual GPs; at an untrained site only before errors are known
 };
 
-/// Mean velocity from t0 to `step` (counted from 0) by the motion regression alone.
-Vector2 place_free_mps(const ObservedFeatures& observation, std::size_t step, double interval_s);
-/// Candidate mean velocities from t0 to `step`. Shape: 2 x kStackedFeatures.
-Features stacked_features(const ObservedFeatures& observation, const ResidualPrediction& residuals, std::size_t step,
-                          double interval_s);
+/// Mean velocity from t0 to `seconds` later by the motion regression alone.
+Vector2 place_free_mps(const ObservedFeatures& observation, double seconds);
+/// Candidate mean velocities from t0 to `seconds` later. Shape: 2 x kStackedFeatures.
+Features stacked_features(const ObservedFeatures& observation, const ResidualPrediction& residuals, double seconds);
 
 /// The corrections of the stacked velocities of one person, and the input of the motion correction.
 struct Corrections {
