@@ -143,21 +143,21 @@ ComponentWeights ErrorDensity::responsibilities(std::size_t step, const ErrorSca
   return logs;
 }
 
-void add_errors(DensityMoments& moments, const ErrorDensity& density, const ScaleFeatures& features,
-                const std::vector<Vector2>& errors_m, double interval_s) {
+void ErrorDensity::add_errors(DensityMoments& moments, const ScaleFeatures& features,
+                              const std::vector<Vector2>& errors_m) const {
   if (errors_m.empty()) return;
-  const ErrorScale scale = density.scale(features);
+  const ErrorScale of_window = scale(features);
   Vector2 relative = Vector2::Zero(), within = Vector2::Zero();
   ComponentVector weights = ComponentVector::Zero();
   for (std::size_t step = 0; step < errors_m.size(); ++step) {
     const Vector2 square_m2 = errors_m[step].array().square();
-    const double nominal_m2 = nominal_variance_m2(step, interval_s);
-    const Vector2 scaled = square_m2.cwiseQuotient(nominal_m2 * scale.factors);
-    const ComponentWeights shares = density.responsibilities(step, scale, errors_m[step]);
+    const double nominal_m2 = nominal_variance_m2(step, interval_s_);
+    const Vector2 scaled = square_m2.cwiseQuotient(nominal_m2 * of_window.factors);
+    const ComponentWeights shares = responsibilities(step, of_window, errors_m[step]);
     for (std::size_t c = 0; c < kMixtureComponents; ++c) {
       add_sums(moments.components[step * kMixtureComponents + c],
                {shares[c], shares[c] * scaled.x(), shares[c] * scaled.y()});
-      within += shares[c] * square_m2.cwiseQuotient(density.variances_m2(c, step, {}));
+      within += shares[c] * square_m2.cwiseQuotient(variances_m2(c, step, {}));
     }
     relative += square_m2 / nominal_m2;
     weights += ComponentVector::Map(shares.data());

@@ -54,6 +54,10 @@ class ErrorDensity {
   /// For an error (along, across) the probability that each component made it; the sum is 1.
   ComponentWeights responsibilities(std::size_t step, const ErrorScale& scale, const Vector2& error_m) const;
 
+  /// Adds the errors of one prediction to the moments. Shapes: one error (along, across) for each step that was seen,
+  /// at most as many as the moments have.
+  void add_errors(DensityMoments& moments, const ScaleFeatures& features, const std::vector<Vector2>& errors_m) const;
+
  private:
   std::size_t steps_;
   double interval_s_;
@@ -63,10 +67,5 @@ class ErrorDensity {
   ComponentWeights weights_ = {};
   std::vector<std::array<Vector2, kMixtureComponents>> relative_;  ///< variances relative to nominal ones, of each step
 };
-
-/// Adds the errors of one prediction to the moments. Shapes: one error (along, across) for each step that was seen, at
-/// most as many as the moments have.
-void add_errors(DensityMoments& moments, const ErrorDensity& density, const ScaleFeatures& features,
-                const std::vector<Vector2>& errors_m, double interval_s);
 
 }  // namespace sila

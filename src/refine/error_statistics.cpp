@@ -95,7 +95,7 @@ Example example_of(const Predictor& predictor, const Window& window, int steps, 
   const std::size_t last = stacking.fitted() ? stacking.last_step() : static_cast<std::size_t>(steps) - 1;
   const double horizon_s = static_cast<double>(last + 1) * interval_s;
   const Vector2 to_horizon = stacking.velocity_mps(stacked_features(seen, seen.residuals, horizon_s), last, seen);
-  example.corrections = stacking.corrections(window.observed, seen, to_horizon, interval_s);
+  example.corrections = stacking.corrections(window.observed, seen, to_horizon);
   for (std::size_t j = 0; j < std::min(window.future_m.size(), static_cast<std::size_t>(steps)); ++j) {
     const double seconds = static_cast<double>(j + 1) * interval_s;
     const Vector2 truth = window.future_m[j] - prediction.start_m;
@@ -169,10 +169,9 @@ void add(ErrorStatistics& error_statistics, const Example& example, const CurbTr
     error_statistics.scores[j * kScoreClasses + example.person.score()]
                            [static_cast<std::size_t>(score_bin(example.nonconformities[j]))] += known;
   const std::size_t number = example.person.density();
-  add_errors(error_statistics.density[number], stacking.density(number, true), example.scale, example.errors_m,
-             error_statistics.interval_s);
-  add_errors(error_statistics.density_place_free[number], stacking.density(number, false), example.scale_place_free,
-             example.errors_place_free_m, error_statistics.interval_s);
+  stacking.density(number, true).add_errors(error_statistics.density[number], example.scale, example.errors_m);
+  stacking.density(number, false)
+      .add_errors(error_statistics.density_place_free[number], example.scale_place_free, example.errors_place_free_m);
 }
 
 }  // namespace

@@ -173,7 +173,7 @@ const Prediction& PreparedModel::predict(const CurbTrajectory& observed, const M
   prediction.novelty = calibration.novelty(merged.raw_novelty);
   prediction.fallback = merged.rollouts.empty() || !seen.uses_residuals;
   const Vector2 to_horizon = velocity_mps(stacking, seen, seen.residuals, stacking.last_step(), interval_s_);
-  const VelocityCorrection correction = stacking.corrections(observed, seen, to_horizon, interval_s_).total;
+  const VelocityCorrection correction = stacking.corrections(observed, seen, to_horizon).total;
   if (!stacking.fitted()) {
     prediction.regions.clear();
     prediction.change_probabilities.clear();

@@ -203,14 +203,12 @@ VelocityCorrection Stacking::global_motion(const ObservedFeatures& seen, const C
 }
 
 Corrections Stacking::corrections(const CurbTrajectory& observed, const ObservedFeatures& seen,
-                                  const Vector2& to_horizon_mps, double interval_s) const {
-  const auto& v = seen.kinematics;
-  Corrections found{change_input(v.leftCols<4>(), to_horizon_mps, observed.companions_mps)};
+                                  const Vector2& to_horizon_mps) const {
+  Corrections found{change_input(seen.kinematics.leftCols<4>(), to_horizon_mps, observed.companions_mps)};
   found.apply = fitted() && seen.site && seen.fields_nearby && seen.person.error_state() == kWalking;
   if (!found.apply) return found;
-  const double horizon_s = static_cast<double>(steps_) * interval_s;
-  found.motion = by_motion_.correction(found.input, horizon_s);
-  found.total = by_place_.correction(observed, to_horizon_mps + found.motion.at(horizon_s), horizon_s);
+  found.motion = by_motion_.correction(found.input, horizon_s_);
+  found.total = by_place_.correction(observed, to_horizon_mps + found.motion.at(horizon_s_), horizon_s_);
   found.total.knots_mps += found.motion.knots_mps;
   return found;
 }

@@ -83,8 +83,8 @@ class Stacking {
     return uses_residuals ? density_[number] : density_place_free_[number];
   }
   /// The corrections of a path. `to_horizon_mps`: the stacked mean velocity until the horizon.
-  Corrections corrections(const CurbTrajectory& observed, const ObservedFeatures& seen, const Vector2& to_horizon_mps,
-                          double interval_s) const;
+  Corrections corrections(const CurbTrajectory& observed, const ObservedFeatures& seen,
+                          const Vector2& to_horizon_mps) const;
   /// Adds a window of a person whose path is corrected. `truths_mps`, `stacked_mps`: true and stacked mean velocities
   /// from t0 to each step.
   void add_window(ErrorStatistics& error_statistics, const CurbTrajectory& observed, const Corrections& known,

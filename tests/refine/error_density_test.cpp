@@ -57,7 +57,7 @@ ErrorDensity fitted(int windows) {
   for (int i = 0; i < windows; ++i) {
     const ErrorDensity now(moments, kSteps, kInterval_s);
     const double change_mps = source.change_mps();
-    add_errors(moments, now, features_at(change_mps), source.errors_m(change_mps), kInterval_s);
+    now.add_errors(moments, features_at(change_mps), source.errors_m(change_mps));
   }
   return ErrorDensity(moments, kSteps, kInterval_s);
 }
@@ -103,8 +103,7 @@ TEST(ErrorDensity, LearnsInWhichWindowsErrorsAreVerySmallOrLarge) {
     const double spread_m = curved ? (i % 4 == 0 ? 0.03 : 0.9) : 0.164;
     std::vector<Vector2> errors_m(kSteps);
     for (Vector2& error_m : errors_m) error_m = spread_m * Vector2(normal(random), normal(random));
-    add_errors(moments, ErrorDensity(moments, kSteps, kInterval_s), features_at(curved ? 0.4 : 0.02), errors_m,
-               kInterval_s);
+    ErrorDensity(moments, kSteps, kInterval_s).add_errors(moments, features_at(curved ? 0.4 : 0.02), errors_m);
   }
   const ErrorDensity density(moments, kSteps, kInterval_s);
   const ErrorScale curved = density.scale(features_at(0.4)), straight = density.scale(features_at(0.02));
@@ -132,8 +131,8 @@ TEST(ErrorDensity, AddsMomentsExactly) {
   for (int i = 0; i < 20; ++i) {
     const double change_mps = source.change_mps();
     const auto errors_m = source.errors_m(change_mps);
-    add_errors(i < 10 ? first : second, density, features_at(change_mps), errors_m, kInterval_s);
-    add_errors(both, density, features_at(change_mps), errors_m, kInterval_s);
+    density.add_errors(i < 10 ? first : second, features_at(change_mps), errors_m);
+    density.add_errors(both, features_at(change_mps), errors_m);
   }
   add_sums(first, second);
   EXPECT_LT((first.scale.features - both.scale.features).norm(), 1e-10);
