@@ -205,15 +205,13 @@ ErrorStatistics pooled_error_statistics(const Model& model) {
   for (const ErrorStatistics& statistics : model.refinement.error_statistics)
     sum = add_error_statistics(sum, statistics);
   if (sum.empty()) return sum;
-  ErrorStatistics free = zero_error_statistics(sum.steps, sum.interval_s, sum.observe_s);
-  free.density_place_free = std::move(sum.density_place_free);
-  free.global_motion = std::move(sum.global_motion);
-  free.scores = std::move(sum.scores);
-  free.novelties = std::move(sum.novelties);
-  free.slow = std::move(sum.slow);
-  free.changes = std::move(sum.changes);
-  forget_positions(free);
-  return free;
+  ErrorStatistics zero = zero_error_statistics(sum.steps, sum.interval_s, sum.observe_s);
+  sum.stacking = std::move(zero.stacking);
+  sum.density = std::move(zero.density);
+  sum.motion = std::move(zero.motion);
+  sum.motion_share = std::move(zero.motion_share);
+  forget_positions(sum);
+  return sum;
 }
 
 ErrorStatistics shrunk_error_statistics(const Model& model, std::size_t site) {
