@@ -35,10 +35,9 @@ ResidualInput residual_input(const CurbTrajectory& observed) {
 }
 
 std::optional<ResidualSample> residual_sample(const CurbTrajectory& observed, std::span<const Vector2> future_m,
-                                              double interval_s, const ResidualSettings& settings,
-                                              double min_seen_share) {
+                                              double interval_s, const ResidualSettings& settings) {
   const double seen_s = static_cast<double>(future_m.size()) * interval_s;
-  if (future_m.empty() || seen_s < min_seen_share * settings.horizon_s - 1e-9) return std::nullopt;
+  if (future_m.empty() || seen_s < ResidualConfig::min_seen_share * settings.horizon_s - 1e-9) return std::nullopt;
   const Eigen::Index outputs = 2 * settings.knots;
   ResidualSample example{observed.times_s.back(), residual_input(observed), Eigen::VectorXd(outputs)};
   const Vector2 constant = mean_velocity(observed, kConstantVelocityWindow_s);

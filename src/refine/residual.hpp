@@ -18,11 +18,10 @@ namespace sila {
 /// The input of a residual GP at the end of an observed path.
 ResidualInput residual_input(const CurbTrajectory& observed);
 
-/// The sample of an observed path and its future, at one interval, if at least `min_seen_share` of the horizon
-/// was seen; knots after the last seen position take the mean velocity until it.
+/// The sample of an observed path and its future, at one interval, if at least ResidualConfig::min_seen_share of the
+/// horizon was seen; knots after the last seen position take the mean velocity until it.
 std::optional<ResidualSample> residual_sample(const CurbTrajectory& observed, std::span<const Vector2> future_m,
-                                              double interval_s, const ResidualSettings& settings,
-                                              double min_seen_share);
+                                              double interval_s, const ResidualSettings& settings);
 
 /// Kernel and noise of residual GPs, in curb units.
 Hyperparameters residual_hyperparameters(const ModelSettings& settings, const ResidualConfig& config);

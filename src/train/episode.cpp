@@ -24,8 +24,7 @@ std::vector<ResidualSample> samples_of(const FramedTrajectory& track, const Resi
   std::vector<ResidualSample> samples;
   for (const Window& window :
        windows_of(std::span(&track, 1), config.sampling, config.predict, config.residual.stride_s)) {
-    auto sample = residual_sample(window.observed, window.future_m, config.sampling.interval_s, settings,
-                                  config.residual.min_seen_share);
+    auto sample = residual_sample(window.observed, window.future_m, config.sampling.interval_s, settings);
     if (sample) samples.push_back(*std::move(sample));
   }
   return samples;

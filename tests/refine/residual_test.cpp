@@ -20,7 +20,7 @@ Seen seen_on(const std::vector<Vector2>& way) {
 
 TEST(Residual, ExampleOfSteadyWalkingPartsByNothing) {
   const Seen seen = seen_on({{10, 1}, {-10, 1}});
-  const auto example = residual_sample(seen.observed, seen.future_m, 0.2, {5.0, 4}, 0.75);
+  const auto example = residual_sample(seen.observed, seen.future_m, 0.2, {5.0, 4});
   ASSERT_TRUE(example);
   EXPECT_EQ(example->residuals.size(), 8);
   EXPECT_LT(example->residuals.norm(), 1e-6);
@@ -29,7 +29,7 @@ TEST(Residual, ExampleOfSteadyWalkingPartsByNothing) {
 
 TEST(Residual, ExampleOfATurnPartsByTheDifferenceOfMeanVelocities) {
   const Seen seen = seen_on({{5, 1}, {0, 1}, {0, 20}});  // turns right at t0
-  const auto example = residual_sample(seen.observed, seen.future_m, 0.2, {4.0, 2}, 1.0);
+  const auto example = residual_sample(seen.observed, seen.future_m, 0.2, {4.0, 2});
   ASSERT_TRUE(example);
   // The mean velocity until the second knot is (0, 1.25) m/s, constant velocity (-1.25, 0).
   EXPECT_NEAR(example->residuals(2), 1.25, 0.05);
@@ -39,9 +39,9 @@ TEST(Residual, ExampleOfATurnPartsByTheDifferenceOfMeanVelocities) {
 TEST(Residual, ExampleNeedsTheShareOfItsFuture) {
   const Seen seen = seen_on({{10, 1}, {-10, 1}});
   const std::span<const Vector2> future(seen.future_m);
-  EXPECT_TRUE(residual_sample(seen.observed, future.first(19), 0.2, {5.0, 4}, 0.75));
-  EXPECT_FALSE(residual_sample(seen.observed, future.first(18), 0.2, {5.0, 4}, 0.75));
-  EXPECT_FALSE(residual_sample(seen.observed, {}, 0.2, {5.0, 4}, 0.01));
+  EXPECT_TRUE(residual_sample(seen.observed, future.first(19), 0.2, {5.0, 4}));
+  EXPECT_FALSE(residual_sample(seen.observed, future.first(18), 0.2, {5.0, 4}));
+  EXPECT_FALSE(residual_sample(seen.observed, {}, 0.2, {5.0, 4}));
 }
 
 }  // namespace
