@@ -161,29 +161,18 @@ double still_s(const Trajectory& track, std::size_t last) {
   return track.times_s[last] - track.times_s[first];
 }
 
-CurbTrajectory in_frame(const Trajectory& track, const CurbFrame& frame, std::vector<double> times_s,
-                        const std::vector<MotionState>& states) {
-  CurbTrajectory result{track.id, frame, std::move(times_s), {}, {}, 0.0};
-  result.positions.reserve(states.size());
-  result.velocities.reserve(states.size());
-  for (const MotionState& state : states) {
-    result.positions.push_back(to_curb(frame, state.position_m));
-    result.velocities.push_back(velocity_to_curb(frame, state.velocity_mps));
-  }
-  return result;
-}
-
 /// States at the given times from the first `known` samples alone; later samples never change the result. The states
 /// are those of a cubic smoothing spline. Its stiffness follows from the noise of the tracker, which is estimated from
 /// second differences of these samples: clean tracks are interpolated, noisy ones filtered. Precondition: `known` is at
 /// least 1 and at most the length of the track. Throws: std::invalid_argument for times that do not increase and
 /// positions that are not finite, among the samples that it uses.
 /// Source: Wahba 1978; docs/decisions/0108-tracker-noise.md.
-std::vector<MotionState> smooth(const Trajectory& track, std::span<const double> times_s, std::size_t known,
-                                const SamplingConfig& config) {
-  if (times_s.empty()) return {};
+CurbTrajectory smooth(const Trajectory& track, std::size_t known, const CurbFrame& frame, std::vector<double> times_s,
+                      const SamplingConfig& config) {
+  CurbTrajectory result{track.id, frame, std::move(times_s), {}, {}, 0.0};
+  if (result.times_s.empty()) return result;
   const auto begin = track.times_s.begin();
-  const double from_s = times_s.front() - kRunIn_s - kTimeSlack_s;
+  const double from_s = result.times_s.front() - kRunIn_s - kTimeSlack_s;
   const auto from =
       static_cast<std::size_t>(std::lower_bound(begin, begin + static_cast<std::ptrdiff_t>(known - 1), from_s) - begin);
   const auto seen_s = std::span(track.times_s).subspan(from, known - from);
@@ -197,10 +186,14 @@ std::vector<MotionState> smooth(const Trajectory& track, std::span<const double>
     throw invalid_argument("sampling.acceleration_density = ", density, ", must be above 0, at most 1000");
   const auto at_samples =
       smoothed_states(seen_s, std::span(track.positions_m).subspan(from, known - from), config.acceleration_density);
-  std::vector<MotionState> states;
-  states.reserve(times_s.size());
-  for (const double time_s : times_s) states.push_back(between(seen_s, at_samples, time_s));
-  return states;
+  result.positions.reserve(result.times_s.size());
+  result.velocities.reserve(result.times_s.size());
+  for (const double time_s : result.times_s) {
+    const MotionState state = between(seen_s, at_samples, time_s);
+    result.positions.push_back(to_curb(frame, state.position_m));
+    result.velocities.push_back(velocity_to_curb(frame, state.velocity_mps));
+  }
+  return result;
 }
 
 }  // namespace
@@ -209,9 +202,8 @@ CurbTrajectory observe(const Trajectory& track, std::size_t last, const CurbFram
                        const SamplingConfig& config) {
   validate(frame);
   require_window("observe", track, last, observe_s, config.interval_s);
-  std::vector<double> times_s = observed_times_s(track, last, observe_s, config.interval_s);
-  const std::vector<MotionState> states = smooth(track, times_s, last + 1, config);
-  CurbTrajectory observed = in_frame(track, frame, std::move(times_s), states);
+  CurbTrajectory observed =
+      smooth(track, last + 1, frame, observed_times_s(track, last, observe_s, config.interval_s), config);
   observed.still_s = still_s(track, last);
   return observed;
 }
@@ -224,8 +216,7 @@ CurbTrajectory resample(const Trajectory& track, const CurbFrame& frame, const S
   const double start = track.times_s.front(), end = track.times_s.back();
   for (long k = 0; start + static_cast<double>(k) * config.interval_s <= end + kTimeSlack_s; ++k)
     times_s.push_back(start + static_cast<double>(k) * config.interval_s);
-  const std::vector<MotionState> states = smooth(track, times_s, track.times_s.size(), config);
-  return in_frame(track, frame, std::move(times_s), states);
+  return smooth(track, track.times_s.size(), frame, std::move(times_s), config);
 }
 
 std::vector<Vector2> past(const Trajectory& track, std::size_t last, double observe_s, const SamplingConfig& config) {
