@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <tuple>
@@ -202,16 +203,6 @@ std::vector<std::string> ids_of(const std::vector<Tracklet>& tracklets, const st
   return ids;
 }
 
-std::vector<std::string> unit_warnings(const Detections& source, const std::vector<RawTrack>& tracks,
-                                       const CleanConfig& config) {
-  std::vector<Trajectory> paths;
-  for (const RawTrack& track : tracks) paths.push_back(trajectory_of(track.id, track.samples));
-  std::vector<std::string> warnings;
-  for (const std::string& warning : unit_warnings(paths, config.max_gap_s))
-    warnings.push_back(source.source + ": " + warning);
-  return warnings;
-}
-
 /// Rows that share their time stamp with others of their track.
 std::size_t rows_of_shared_stamps(const TrackReport& report) {
   std::size_t rows = 0;
@@ -235,12 +226,14 @@ std::vector<CleanedTrack> clean_source(const Detections& source, const std::stri
   const std::vector<RawTrack> tracks = raw_tracks(source, config, report);
   auto& warnings = report.warnings;
   warnings.insert(warnings.end(), source.warnings.begin(), source.warnings.end());
-  for (std::string& warning : unit_warnings(source, tracks, config)) warnings.push_back(std::move(warning));
+  std::vector<Trajectory> paths;
   std::vector<Tracklet> tracklets;
   for (const RawTrack& track : tracks) {
-    for (Tracklet& tracklet : tracklets_of(track, source.source, config, report))
-      tracklets.push_back(std::move(tracklet));
+    paths.push_back(trajectory_of(track.id, track.samples));
+    std::ranges::move(tracklets_of(track, source.source, config, report), std::back_inserter(tracklets));
   }
+  for (const std::string& warning : unit_warnings(paths, config.max_gap_s))
+    warnings.push_back(source.source + ": " + warning);
   if (2 * (rows_of_shared_stamps(report) - shared_before) > source.rows.size())
     warnings.push_back(source.source +
                        ": most rows have the time stamp of another row of their track; if the stamps are whole "
