@@ -43,12 +43,8 @@ ModelChange change_by(const FusionPlan& plan, const Model& previous, const Model
 }
 
 ModelChange change_by_retraining(const Model& previous, const Model& updated) {
-  ModelChange change;
-  change.primitives_before = static_cast<int>(previous.primitives.size());
-  change.primitives_after = static_cast<int>(updated.primitives.size());
-  for (int i = 0; i < change.primitives_before; ++i) change.gone.push_back(i);
-  for (int k = 0; k < change.primitives_after; ++k) change.added.push_back(k);
-  return change;
+  const std::size_t before = previous.primitives.size(), after = updated.primitives.size();
+  return {static_cast<int>(before), static_cast<int>(after), indices<int>(before), indices<int>(after), {}, {}};
 }
 
 ModelChange without_dropped(ModelChange change, const std::vector<int>& kept) {
