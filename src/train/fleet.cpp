@@ -44,7 +44,6 @@ int reduce(Plan& plan, FleetStep step, std::span<const int> values) {
   const std::size_t middle = (values.size() + 1) / 2;
   const int first = reduce(plan, step, values.first(middle));
   const int second = reduce(plan, step, values.subspan(middle));
-  if (second == kFleetNothing) return first;
   return combine(plan, step, first, second);
 }
 
