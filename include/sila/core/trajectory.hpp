@@ -25,8 +25,8 @@ inline constexpr std::array<const char*, 2> kCurbScalings = {"metres", "mean_wid
 /// Source: Jaipuria, Habibi, How 2018 (contravariant distances); SILA paper, section on the common frame.
 struct CurbFrame {
   Vector2 origin_m = Vector2::Zero();  ///< the virtual intersection of the two straight curbs, world frame
-  Vector2 axis_1 = Vector2::UnitX();   ///< unit vector along curb 1, away from the corner
-  Vector2 axis_2 = Vector2::UnitY();   ///< unit vector along curb 2, away from the corner
+  Vector2 axis_1 = Vector2::UnitX();   ///< unit vector along curb 1, away from the corner, but see `rescaled`
+  Vector2 axis_2 = Vector2::UnitY();   ///< unit vector along curb 2, likewise
   Vector2 unit_m = Vector2::Ones();    ///< metres along axis_1 and axis_2 of one unit of the curb coordinates
   double sidewalk_width_m = 1.0;       ///< mean width of the two sidewalks
   bool from_tracks = false;            ///< made by frame_of_tracks: no scene file describes it
@@ -46,8 +46,10 @@ struct SidewalkWidths {
 CurbFrame make_curb_frame(const Vector2& origin_m, const Vector2& axis_1, const Vector2& axis_2,
                           double sidewalk_width_m);
 
-/// The same corner with another unit of the curb coordinates. In metres the axes have a right angle and the bisector of
-/// the curbs: cells and kernels are as wide in one direction as in another.
+/// The same corner with another unit of the curb coordinates. In widths the axes stay as they are. In metres they are
+/// turned to a right angle about the same bisector, so that cells and kernels are as wide in one direction as in
+/// another. The result then has the directions of the curbs only if these have a right angle (|cosine| below 1e-9);
+/// from it they cannot be found again, also not by `rescaled` to widths.
 CurbFrame rescaled(CurbFrame frame, CurbScaling scaling);
 
 /// Throws std::invalid_argument if the invariant does not hold.
