@@ -1,6 +1,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <string>
@@ -31,15 +32,13 @@ Eigen::VectorXd inputs_of(std::span<const Vector2> past_m) {
   return inputs;
 }
 
-/// Where the window went beyond constant velocity, ahead and to the left [m]: x, y of the first step, of the second,
-/// ...
-Eigen::RowVectorXd targets_of(const Window& window, std::size_t steps, double interval_s) {
+/// Where the window went beyond a path, ahead and to the left [m]: x, y of the first step, of the second, ...
+Eigen::RowVectorXd errors_of(std::span<const Vector2> path_m, const Window& window) {
   const Matrix2 frame = heading_frame(window.past_m);
-  const auto constant_m = constant_velocity(window.past_m, static_cast<int>(steps), interval_s);
-  Eigen::RowVectorXd targets(2 * static_cast<Eigen::Index>(steps));
-  for (std::size_t j = 0; j < steps; ++j)
-    targets.segment<2>(2 * static_cast<Eigen::Index>(j)) = frame.transpose() * (window.future_m[j] - constant_m[j]);
-  return targets;
+  Eigen::RowVectorXd errors(2 * std::ssize(path_m));
+  for (std::size_t j = 0; j < path_m.size(); ++j)
+    errors.segment<2>(2 * static_cast<Eigen::Index>(j)) = frame.transpose() * (window.future_m[j] - path_m[j]);
+  return errors;
 }
 
 /// The sums of a ridge regression.
@@ -95,11 +94,11 @@ Regression regress(const Eigen::MatrixXd& inputs, const Eigen::MatrixXd& targets
   return best;
 }
 
-std::vector<Matrix2> covariances_of(const Eigen::MatrixXd& errors, std::size_t steps) {
+std::vector<Matrix2> covariances_of(const Eigen::MatrixXd& errors) {
   std::vector<Matrix2> covariances_m2;
   const double share = 1.0 / static_cast<double>(std::max<Eigen::Index>(1, errors.rows()));
-  for (std::size_t j = 0; j < steps; ++j) {
-    const auto of_step = errors.middleCols<2>(2 * static_cast<Eigen::Index>(j));
+  for (Eigen::Index j = 0; j < errors.cols(); j += 2) {
+    const auto of_step = errors.middleCols<2>(j);
     covariances_m2.emplace_back(share * of_step.transpose() * of_step + kLeastVariance_m2 * Matrix2::Identity());
   }
   return covariances_m2;
@@ -121,16 +120,12 @@ std::vector<double> damped_shares(std::span<const Window* const> windows, std::s
   return shares;
 }
 
-/// The errors of a reference without a regression, in the heading frame.
-Eigen::MatrixXd errors_of(const LinearReference& reference, std::span<const Window* const> windows, std::size_t steps,
-                          double interval_s) {
-  Eigen::MatrixXd errors(static_cast<Eigen::Index>(windows.size()), 2 * static_cast<Eigen::Index>(steps));
-  for (std::size_t i = 0; i < windows.size(); ++i) {
-    const Matrix2 frame = heading_frame(windows[i]->past_m);
-    const Prediction prediction = reference.predict(windows[i]->past_m, interval_s);
-    for (std::size_t j = 0; j < steps; ++j)
-      errors.block<1, 2>(static_cast<Eigen::Index>(i), 2 * static_cast<Eigen::Index>(j)) =
-          (frame.transpose() * (windows[i]->future_m[j] - prediction.modes.front().path_m[j])).transpose();
+/// The errors of a reference without a regression.
+Eigen::MatrixXd errors_of(const LinearReference& reference, std::span<const Window* const> windows, double interval_s) {
+  Eigen::MatrixXd errors(std::ssize(windows), 2 * std::ssize(reference.covariances_m2));
+  for (Eigen::Index i = 0; i < errors.rows(); ++i) {
+    const Window& window = *windows[static_cast<std::size_t>(i)];
+    errors.row(i) = errors_of(reference.predict(window.past_m, interval_s).modes.front().path_m, window);
   }
   return errors;
 }
@@ -143,11 +138,11 @@ LinearReference fit_linear(std::span<const Window* const> windows, std::size_t s
   for (Eigen::Index i = 0; i < rows; ++i) {
     const Window& window = *windows[static_cast<std::size_t>(i)];
     inputs.row(i) = inputs_of(window.past_m).transpose();
-    targets.row(i) = targets_of(window, steps, interval_s);
+    targets.row(i) = errors_of(constant_velocity(window.past_m, static_cast<int>(steps), interval_s), window);
   }
   Regression regression = regress(inputs, targets, folds_of(windows));
   reference.weights = std::move(regression.weights);
-  reference.covariances_m2 = covariances_of(regression.errors, steps);
+  reference.covariances_m2 = covariances_of(regression.errors);
   return reference;
 }
 
@@ -190,7 +185,7 @@ std::vector<LinearReference> fit_references(std::span<const Window* const> windo
     if (!windows.empty() && reference.kind == Reference::linear)
       reference = fit_linear(windows, steps, interval_s, std::move(reference));
     else if (!windows.empty())
-      reference.covariances_m2 = covariances_of(errors_of(reference, windows, steps, interval_s), steps);
+      reference.covariances_m2 = covariances_of(errors_of(reference, windows, interval_s));
     references.push_back(std::move(reference));
   }
   return references;
