@@ -48,11 +48,6 @@ double mean_nearest_m(std::span<const Vector2> from, std::span<const Vector2> to
   return sum / static_cast<double>(from.size());
 }
 
-/// -log density of the mixture at one step. Never infinite: densities below 1e-300 count as that.
-double negative_log_likelihood(const Prediction& prediction, std::size_t step, const Vector2& truth_m) {
-  return std::log(2.0 * std::numbers::pi) - std::log(unnormalised_density(prediction, step, truth_m));
-}
-
 }  // namespace
 
 Metrics measure(const Prediction& prediction, std::span<const Vector2> truth_m, std::size_t steps) {
@@ -83,8 +78,10 @@ Metrics measure(const Prediction& prediction, std::span<const Vector2> truth_m, 
   metrics.mean_path_mhd_m = modified_hausdorff_m(mean_m, truth);
   metrics.mean_path_ade_m = mean_distance_m(mean_m, truth);
   metrics.mean_path_fde_m = (mean_m.back() - truth.back()).norm();
-  for (std::size_t j = 0; j < steps; ++j)
-    metrics.nll += negative_log_likelihood(prediction, j, truth[j]) / static_cast<double>(steps);
+  for (std::size_t j = 0; j < steps; ++j) {
+    const double log_density = std::log(unnormalised_density(prediction, j, truth[j]));
+    metrics.nll += (std::log(2.0 * std::numbers::pi) - log_density) / static_cast<double>(steps);
+  }
   const double found = nonconformity(prediction, steps - 1, truth.back());
   for (std::size_t p = 0; p < metrics.coverage.size(); ++p) {
     const double level =

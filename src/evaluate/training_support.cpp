@@ -26,10 +26,6 @@ double direction_of(const Vector2& way) {
   return std::atan2(way.y(), way.x());
 }
 
-double angle_between(double a_rad, double b_rad) {
-  return std::abs(std::remainder(a_rad - b_rad, 2.0 * std::numbers::pi));
-}
-
 Vector2 velocity_of(const Window& window, double interval_s) {
   return (constant_velocity(window.past_m, 1, interval_s).front() - window.past_m.back()) / interval_s;
 }
@@ -57,7 +53,8 @@ std::size_t nearest_way(std::span<const Way> ways, const Vector2& way_m) {
   if (stays != ways.end() && way_m.norm() < kStays_m) return index(stays);
   const double direction = direction_of(way_m);
   return index(std::ranges::min_element(ways, {}, [&](const Way& way) {
-    return way.stays ? 2.0 * std::numbers::pi : angle_between(way.direction_rad, direction);
+    constexpr double round_rad = 2.0 * std::numbers::pi;
+    return way.stays ? round_rad : std::abs(std::remainder(way.direction_rad - direction, round_rad));
   }));
 }
 
