@@ -27,7 +27,7 @@ constexpr std::size_t kParts = 10;
 /// A straight piece of a track.
 struct Piece {
   Vector2 middle_m;
-  Vector2 step_m;
+  double length_m, heading_rad;
 };
 
 /// Where people walk in one direction. Positions are along the normal of the direction [m].
@@ -45,8 +45,9 @@ std::vector<Piece> pieces_of(std::span<const Trajectory* const> tracks) {
   for (const Trajectory* track : tracks) {
     Vector2 last = track->positions_m.front();
     for (const Vector2& p : track->positions_m) {
-      if ((p - last).norm() < kStep_m) continue;
-      pieces.push_back({0.5 * (p + last), p - last});
+      const Vector2 step_m = p - last;
+      if (step_m.norm() < kStep_m) continue;
+      pieces.push_back({0.5 * (p + last), step_m.norm(), std::atan2(step_m.y(), step_m.x())});
       last = p;
     }
   }
@@ -75,15 +76,14 @@ double between(double a, double b) {
 }
 
 bool is_along(const Piece& piece, double heading) {
-  return between(std::atan2(piece.step_m.y(), piece.step_m.x()), heading) <= kNearHeading;
+  return between(piece.heading_rad, heading) <= kNearHeading;
 }
 
 /// The mean heading, modulo pi, of the pieces along a heading.
 double refined(const std::vector<Piece>& pieces, double heading) {
   Vector2 sum = Vector2::Zero();
   for (const Piece& piece : pieces) {
-    const double angle = std::atan2(piece.step_m.y(), piece.step_m.x());
-    if (is_along(piece, heading)) sum += piece.step_m.norm() * unit(2 * angle);
+    if (is_along(piece, heading)) sum += piece.length_m * unit(2 * piece.heading_rad);
   }
   return 0.5 * std::atan2(sum.y(), sum.x());
 }
@@ -92,8 +92,8 @@ double refined(const std::vector<Piece>& pieces, double heading) {
 std::optional<std::array<double, 2>> main_headings(const std::vector<Piece>& pieces) {
   std::vector<double> counts(180);
   for (const Piece& piece : pieces) {
-    const double angle = std::atan2(piece.step_m.y(), piece.step_m.x()) + 2 * kPi;
-    counts[static_cast<std::size_t>(angle / kPi * 180.0) % 180] += piece.step_m.norm();
+    const double angle = piece.heading_rad + 2 * kPi;
+    counts[static_cast<std::size_t>(angle / kPi * 180.0) % 180] += piece.length_m;
   }
   counts = smoothed(counts, 5.0, true);
   const auto heading = [](std::size_t i) { return (static_cast<double>(i) + 0.5) * kPi / 180.0; };
@@ -112,7 +112,7 @@ std::optional<std::array<double, 2>> main_headings(const std::vector<Piece>& pie
 std::vector<Strip> strips_along(const std::vector<Piece>& pieces, double heading) {
   std::vector<std::pair<double, double>> lateral;  // position, distance walked
   for (const Piece& piece : pieces) {
-    if (is_along(piece, heading)) lateral.emplace_back(left_of(unit(heading)).dot(piece.middle_m), piece.step_m.norm());
+    if (is_along(piece, heading)) lateral.emplace_back(left_of(unit(heading)).dot(piece.middle_m), piece.length_m);
   }
   const auto [low, high] = std::ranges::minmax(lateral, {}, &std::pair<double, double>::first);
   const double begin_m = low.first - 3 * kSmoothing_m;
@@ -178,8 +178,8 @@ void count_turns(Crossing& at, std::span<const Trajectory* const> tracks, const 
 double share_along(const std::vector<Piece>& pieces, double heading) {
   double along = 0.0, all = 0.0;
   for (const Piece& piece : pieces) {
-    all += piece.step_m.norm();
-    if (is_along(piece, heading)) along += piece.step_m.norm();
+    all += piece.length_m;
+    if (is_along(piece, heading)) along += piece.length_m;
   }
   return along / all;
 }
