@@ -11,15 +11,6 @@
 namespace sila {
 namespace {
 
-/// The paper's mode: the roll-out itself.
-void fill_plain(Mode& mode, const Rollout& rollout, const CurbFrame& frame) {
-  const Matrix2 matrix = world_from_curb(frame);
-  for (std::size_t j = 0; j < mode.path_m.size(); ++j) {
-    mode.path_m[j] = to_world(frame, rollout.path[j]);
-    mode.covariances_m2[j] = matrix * rollout.covariances[j] * matrix.transpose();
-  }
-}
-
 /// Constant velocity of the smoothed path, with errors that grow by kConstantVelocitySpread_mps.
 void fill_constant_velocity(Mode& mode, const CurbTrajectory& observed, double interval_s) {
   const Vector2 start_m = to_world(observed.frame, observed.positions.back());
@@ -111,10 +102,14 @@ void add_rollout_modes(const FlowFieldIndex& fields, std::span<const Rollout> ro
   Prediction& prediction = workspace.prediction;
   const std::size_t steps = prediction.times_s.size();
   prediction.fallback = rollouts.empty();
-  for (const Rollout& rollout : rollouts) {
+  const Matrix2 matrix = world_from_curb(observed.frame);
+  for (const Rollout& rollout : rollouts) {  // the paper's mode: the roll-out itself
     Mode& mode = add_mode(workspace, rollout.weight, steps);
     visit_primitives(fields, rollout.transitions, mode.primitives);
-    fill_plain(mode, rollout, observed.frame);
+    for (std::size_t j = 0; j < steps; ++j) {
+      mode.path_m[j] = to_world(observed.frame, rollout.path[j]);
+      mode.covariances_m2[j] = matrix * rollout.covariances[j] * matrix.transpose();
+    }
   }
   if (prediction.fallback) fill_constant_velocity(add_mode(workspace, 1.0, steps), observed, interval_s);
 }
