@@ -31,10 +31,6 @@ Vector2 bucket_middle(std::int64_t key, double size) {
   return size * (Vector2(static_cast<double>(column), static_cast<double>(row)) + Vector2::Constant(0.5));
 }
 
-std::int64_t bucket_of(const Vector2& position, double size) {
-  return bucket_key(bucket_column(position.x(), size), bucket_column(position.y(), size));
-}
-
 /// A field of which one pseudo-input reaches over more buckets than this is evaluated everywhere, so that a small model
 /// cannot make very many buckets.
 constexpr double kMostBucketsReached = 1e3;
@@ -208,7 +204,8 @@ std::optional<int> FlowFieldIndex::site(const CurbFrame& frame) const {
 const FlowFieldIndex::Bucket* FlowFieldIndex::bucket_at(const Vector2& position, std::optional<int> site) const {
   if ((apart_ && !site) || !(position.cwiseAbs().maxCoeff() < 1e9 * bucket_size_)) return nullptr;
   const Buckets& buckets = buckets_[apart_ ? static_cast<std::size_t>(*site) : 0];
-  auto place = buckets.find(bucket_of(position, bucket_size_));
+  auto place =
+      buckets.find(bucket_key(bucket_column(position.x(), bucket_size_), bucket_column(position.y(), bucket_size_)));
   if (place == buckets.end()) place = buckets.find(kEverywhere);
   return place == buckets.end() ? nullptr : &place->second;
 }
