@@ -86,18 +86,13 @@ std::vector<RawTrack> raw_tracks(const Detections& source, const CleanConfig& co
   return tracks;
 }
 
-double spread(std::span<const Sample> samples) {
-  double widest = 0.0;
-  for (const Sample& sample : samples)
-    widest = std::max(widest, (sample.position_m - samples.front().position_m).norm());
-  return widest;
-}
-
 /// One sample for several rows of the same stamp; none if they contradict one another.
 std::optional<Sample> merged(std::span<const Sample> same, const std::string& id, const std::string& source,
                              TrackReport& report) {
   if (same.size() == 1) return same.front();
-  const bool contradictory = spread(same) > CleanConfig::jump_tolerance_m;
+  const bool contradictory = std::ranges::any_of(same, [&](const Sample& sample) {
+    return (sample.position_m - same.front().position_m).norm() > CleanConfig::jump_tolerance_m;
+  });
   Vector2 sum = Vector2::Zero();
   std::size_t places = 0;
   for (std::size_t i = 0; i < same.size(); ++i) {
