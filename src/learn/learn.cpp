@@ -63,23 +63,16 @@ std::vector<Transition> fit_transitions(const Observed& observed, const Hyperpar
   return transitions;
 }
 
-/// The tracks of one site, and their numbers in the batch.
-struct SitePart {
-  std::vector<CurbTrajectory> tracks;
-  std::vector<std::size_t> numbers;
-};
-
-/// The tracks of each site, in the order of the first tracks of the sites.
-std::vector<SitePart> by_site(std::span<const CurbTrajectory> tracks) {
+/// The numbers of the tracks of each site, in the order of the first tracks of the sites.
+std::vector<std::vector<std::size_t>> numbers_by_site(std::span<const CurbTrajectory> tracks) {
   std::vector<Site> sites;
-  std::vector<SitePart> parts;
+  std::vector<std::vector<std::size_t>> numbers;
   for (std::size_t i = 0; i < tracks.size(); ++i) {
     const auto site = static_cast<std::size_t>(find_or_add_site(sites, tracks[i].frame));
-    if (site == parts.size()) parts.emplace_back();
-    parts[site].tracks.push_back(tracks[i]);
-    parts[site].numbers.push_back(i);
+    numbers.resize(sites.size());
+    numbers[site].push_back(i);
   }
-  return parts;
+  return numbers;
 }
 
 /// Adds the increment of a further site without fusing.
@@ -182,7 +175,11 @@ LearnResult learn(std::span<const CurbTrajectory> tracks, const ModelSettings& s
   all.increment.model.settings = settings;
   all.increment.model.episodes = 1;
   all.segments.resize(tracks.size());
-  for (const SitePart& part : by_site(tracks)) append(all, learn_together(part.tracks, settings, config), part.numbers);
+  for (const std::vector<std::size_t>& numbers : numbers_by_site(tracks)) {
+    std::vector<CurbTrajectory> of_site;
+    for (const std::size_t number : numbers) of_site.push_back(tracks[number]);
+    append(all, learn_together(of_site, settings, config), numbers);
+  }
   return all;
 }
 
