@@ -39,7 +39,7 @@ void find_time(TrackColumns& columns, const std::vector<std::string>& names) {
   const auto use = [&](Names aliases, double seconds) {
     if (columns.time != TrackColumns::kNone) return;
     columns.time = column(names, aliases);
-    columns.seconds_per_time = seconds;
+    if (columns.time != TrackColumns::kNone) columns.seconds_per_time = seconds;
   };
   use({"t", "t_s", "time", "time_s", "timestamp", "timestamp_s", "seconds", "sec", "secs", "time_sec", "stamp"}, 1.0);
   use({"t_ms", "time_ms", "timestamp_ms", "milliseconds"}, 1e-3);
@@ -92,61 +92,62 @@ std::size_t widest(const TrackColumns& columns) {
 /// The content of a file is recognised by its first rows.
 constexpr std::size_t kInspectedRows = 25;
 
-/// The columns of a format that has no header line and only one meaning; null for others.
-std::optional<TrackColumns> fixed_columns(TrackFormat format) {
-  using enum TrackFormat;
-  const auto numbers = [&](std::size_t id, std::size_t frame, std::size_t y, std::size_t cells) {
-    return TrackColumns{.format = format,
-                        .separator = ' ',
-                        .id = id,
-                        .frame = frame,
-                        .x = 2,
-                        .y = y,
-                        .cells = cells,
-                        .numeric_ids = true};
-  };
-  switch (format) {
-    case obsmat:
-      return numbers(1, 0, 4, 8);
-    case frame_id_x_y:
-      return numbers(1, 0, 3, 4);
-    case juelich:
-      return numbers(0, 1, 3, 4);
-    case stanford_drone:
-      return TrackColumns{.format = format,
-                          .separator = ' ',
-                          .id = 0,
-                          .frame = 5,
-                          .x = 1,
-                          .y = 2,
-                          .x2 = 3,
-                          .y2 = 4,
-                          .pixels = true,
-                          .label = 9,
-                          .lost = 6,
-                          .cells = 10};
-    default:
-      return std::nullopt;
-  }
+/// The columns of a header line, or nothing if it does not name enough.
+std::optional<TrackColumns> header_columns(std::string_view header) {
+  TrackColumns columns;
+  columns.header = true;
+  columns.separator = separator_of(header);
+  std::vector<std::string> names;
+  for (const std::string_view cell : cells_of(header, columns.separator)) names.push_back(lower(cell));
+  columns.id = column(names, {"track_id", "trackid", "track", "ped_id", "pedestrian_id", "person_id", "agent_id",
+                              "object_id", "obj_id", "traj_id", "trajectory_id", "tracker_id", "tracking_id",
+                              "track id", "personid", "pedestrianid", "objectid", "tid", "id"});
+  find_time(columns, names);
+  columns.frame =
+      column(names, {"frame", "frame_id", "frameid", "frame_number", "frame_no", "frame_index", "frame_idx"});
+  columns.x =
+      column(names, {"x", "x_m", "pos_x", "position_x", "xcenter", "x_est", "x_center", "world_x", "x_world", "px"});
+  columns.y =
+      column(names, {"y", "y_m", "pos_y", "position_y", "ycenter", "y_est", "y_center", "world_y", "y_world", "py"});
+  columns.label = column(names, kClassColumns);
+  if (has_mot_names(names) || (columns.x == TrackColumns::kNone && columns.y == TrackColumns::kNone))
+    find_box(columns, names);
+  const bool timed = columns.time != TrackColumns::kNone ||
+                     (columns.frame != TrackColumns::kNone && columns.id != TrackColumns::kNone);
+  if (!timed || columns.x == TrackColumns::kNone || columns.y == TrackColumns::kNone) return std::nullopt;
+  columns.format = format_of_names(columns, names);
+  if (columns.format == TrackFormat::mot && has(names, {"visibility"}))
+    columns.considered = column(names, {"conf"});  // of a ground truth a flag
+  columns.cells = widest(columns);
+  return columns;
 }
 
-TrackColumns mot_columns(std::size_t cells) {
-  TrackColumns columns{.format = TrackFormat::mot,
-                       .id = 1,
-                       .frame = 0,
-                       .x = 2,
-                       .y = 3,
-                       .width = 4,
-                       .height = 5,
-                       .foot = true,
-                       .pixels = true,
-                       .cells = 6,
-                       .numeric_ids = true};
-  if (cells == 9) {  // ground truth: a flag, a class and the visibility instead of a confidence and a position
-    columns.considered = 6;
-    columns.label = 7;
-  }
+/// The columns of a format without a header line, by the names that they would have; a row has at least `cells`.
+TrackColumns named_columns(TrackFormat format, std::string_view names, std::size_t cells) {
+  TrackColumns columns = header_columns(names).value();
+  columns.format = format;
+  columns.header = false;
+  columns.cells = cells;
+  columns.numeric_ids = true;
   return columns;
+}
+
+/// The columns of a format that has no header line and only one meaning; null for others.
+std::optional<TrackColumns> fixed_columns(TrackFormat format) {
+  if (format == TrackFormat::obsmat) return named_columns(format, "frame id x z y vx vz vy", 8);
+  if (format == TrackFormat::frame_id_x_y) return named_columns(format, "frame id x y", 4);
+  if (format == TrackFormat::juelich) return named_columns(format, "id frame x y", 4);
+  if (format != TrackFormat::stanford_drone) return std::nullopt;
+  TrackColumns columns = named_columns(format, "id xmin ymin xmax ymax frame lost occluded generated label", 10);
+  columns.lost = 6;
+  columns.foot = columns.numeric_ids = false;
+  return columns;
+}
+
+/// 9 cells are those of a ground truth: a flag, a class and the visibility instead of a confidence and a position.
+TrackColumns mot_columns(std::size_t cells) {
+  const std::string box = "frame,id,bb_left,bb_top,bb_width,bb_height";
+  return named_columns(TrackFormat::mot, cells == 9 ? box + ",conf,class,visibility" : box, 6);
 }
 
 /// The 3D place in the camera frame (x to the right, z ahead) where there is one, else the box.
@@ -158,24 +159,8 @@ TrackColumns kitti_columns(const TextTable& table) {
     const auto x = number_of(cells[13]), z = number_of(cells[15]);
     placed = placed || (x && z && *x != kUnknownKittiPlace_m && *z != kUnknownKittiPlace_m && (*x != 0.0 || *z != 0.0));
   }
-  TrackColumns columns{.format = TrackFormat::kitti,
-                       .separator = ' ',
-                       .id = 1,
-                       .frame = 0,
-                       .label = 2,
-                       .cells = 17,
-                       .numeric_ids = true};
-  if (placed) {
-    columns.x = 13;
-    columns.y = 15;
-  } else {
-    columns.x = 6;
-    columns.y = 7;
-    columns.x2 = 8;
-    columns.y2 = 9;
-    columns.foot = columns.pixels = true;
-  }
-  return columns;
+  const std::string box = "frame id type truncated occluded alpha left top right bottom";
+  return named_columns(TrackFormat::kitti, placed ? box + " height width length x down y" : box, 17);
 }
 
 /// How many of the leading cells are numbers.
@@ -246,36 +231,6 @@ bool looks_like_ndjson(const TextTable& table) {
   const auto has = [&](std::string_view key) { return first.find(key) != std::string_view::npos; };
   return first.starts_with('{') && first.ends_with('}') &&
          (has("\"track\"") || has("\"scene\"") || (has("\"t\"") && has("\"id\"")));
-}
-
-/// The columns of a header line, or nothing if it does not name enough.
-std::optional<TrackColumns> header_columns(std::string_view header) {
-  TrackColumns columns;
-  columns.header = true;
-  columns.separator = separator_of(header);
-  std::vector<std::string> names;
-  for (const std::string_view cell : cells_of(header, columns.separator)) names.push_back(lower(cell));
-  columns.id = column(names, {"track_id", "trackid", "track", "ped_id", "pedestrian_id", "person_id", "agent_id",
-                              "object_id", "obj_id", "traj_id", "trajectory_id", "tracker_id", "tracking_id",
-                              "track id", "personid", "pedestrianid", "objectid", "tid", "id"});
-  find_time(columns, names);
-  columns.frame =
-      column(names, {"frame", "frame_id", "frameid", "frame_number", "frame_no", "frame_index", "frame_idx"});
-  columns.x =
-      column(names, {"x", "x_m", "pos_x", "position_x", "xcenter", "x_est", "x_center", "world_x", "x_world", "px"});
-  columns.y =
-      column(names, {"y", "y_m", "pos_y", "position_y", "ycenter", "y_est", "y_center", "world_y", "y_world", "py"});
-  columns.label = column(names, kClassColumns);
-  if (has_mot_names(names) || (columns.x == TrackColumns::kNone && columns.y == TrackColumns::kNone))
-    find_box(columns, names);
-  const bool timed = columns.time != TrackColumns::kNone ||
-                     (columns.frame != TrackColumns::kNone && columns.id != TrackColumns::kNone);
-  if (!timed || columns.x == TrackColumns::kNone || columns.y == TrackColumns::kNone) return std::nullopt;
-  columns.format = format_of_names(columns, names);
-  if (columns.format == TrackFormat::mot && has(names, {"visibility"}))
-    columns.considered = column(names, {"conf"});  // of a ground truth a flag
-  columns.cells = widest(columns);
-  return columns;
 }
 
 std::optional<TrackColumns> forced_columns(const TextTable& table, TrackFormat format) {
