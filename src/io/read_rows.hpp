@@ -40,7 +40,7 @@ inline constexpr double kUnknownKittiPlace_m = -1000.0;
 struct TextTable {
   std::string path;
   std::vector<TextLine> rows;
-  std::vector<std::string_view> comments;
+  std::vector<std::string> comments;  ///< in small letters
 };
 
 /// `first_line`: the number of the text's first line in the file. Throws: FormatError if there are no rows.

@@ -15,8 +15,7 @@ namespace {
 
 /// The number that follows "framerate" in the comments of a Juelich file.
 std::optional<double> commented_frame_rate(const TextTable& table) {
-  for (const std::string_view comment : table.comments) {
-    const std::string text = lower(comment);
+  for (const std::string& text : table.comments) {
     const std::size_t at = std::min(text.find("framerate"), text.find("frame rate"));
     if (at == std::string::npos) continue;
     const std::size_t begin = text.find_first_of("0123456789.", at);
@@ -30,8 +29,7 @@ std::optional<double> commented_frame_rate(const TextTable& table) {
 
 /// Juelich files may say that their columns are "x/cm".
 double commented_metres_per_unit(const TextTable& table) {
-  const bool centimetres = std::any_of(table.comments.begin(), table.comments.end(), [](std::string_view comment) {
-    const std::string text = lower(comment);
+  const bool centimetres = std::ranges::any_of(table.comments, [](const std::string& text) {
     return text.find("x/cm") != std::string::npos || text.find("x [cm]") != std::string::npos ||
            text.find("in cm") != std::string::npos;
   });
@@ -267,29 +265,6 @@ TrackFile with_seconds(TrackFile frames, const ReadOptions& options, const Frame
   if (of_format.sample_interval_s) return at_interval(std::move(frames), *of_format.sample_interval_s);
   throw FormatError(frames.detections.source, 0, "time stamps, or a frame rate (frames_per_second, --fps)",
                     "frame numbers alone");
-}
-
-std::vector<std::pair<std::string, std::string>> two_columns(const std::string& path, const std::string& text,
-                                                             const char* first, const char* second) {
-  const TextTable table = table_of(path, text);
-  const auto names = cells_of(table.rows.front().text, ',');
-  const auto index = [&](const char* name) {
-    const auto found =
-        std::find_if(names.begin(), names.end(), [&](std::string_view cell) { return lower(cell) == name; });
-    if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
-    throw FormatError(path, table.rows.front().number, std::string("a column ") + name,
-                      excerpt(table.rows.front().text));
-  };
-  const std::size_t a = index(first);
-  const std::size_t b = index(second);
-  std::vector<std::pair<std::string, std::string>> rows;
-  for (std::size_t i = 1; i < table.rows.size(); ++i) {
-    const auto cells = cells_of(table.rows[i].text, ',');
-    if (cells.size() <= std::max(a, b))
-      throw FormatError(path, table.rows[i].number, "as many cells as names", excerpt(table.rows[i].text));
-    rows.emplace_back(cells[a], cells[b]);
-  }
-  return rows;
 }
 
 }  // namespace sila

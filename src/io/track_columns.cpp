@@ -29,6 +29,12 @@ bool has(const std::vector<std::string>& names, Names aliases) {
   return column(names, aliases) != TrackColumns::kNone;
 }
 
+std::vector<std::string> names_of(std::string_view header, char separator) {
+  std::vector<std::string> names;
+  for (const std::string_view cell : cells_of(header, separator)) names.push_back(lower(cell));
+  return names;
+}
+
 char separator_of(std::string_view header) {
   const auto count = [&](char separator) { return std::ranges::count(header, separator); };
   const char best = *std::ranges::max_element(std::string_view(",;\t"), {}, count);
@@ -97,8 +103,7 @@ std::optional<TrackColumns> header_columns(std::string_view header) {
   TrackColumns columns;
   columns.header = true;
   columns.separator = separator_of(header);
-  std::vector<std::string> names;
-  for (const std::string_view cell : cells_of(header, columns.separator)) names.push_back(lower(cell));
+  const std::vector<std::string> names = names_of(header, columns.separator);
   columns.id = column(names, {"track_id", "trackid", "track", "ped_id", "pedestrian_id", "person_id", "agent_id",
                               "object_id", "obj_id", "traj_id", "trajectory_id", "tracker_id", "tracking_id",
                               "track id", "personid", "pedestrianid", "objectid", "tid", "id"});
@@ -188,8 +193,7 @@ Shape common_shape(const TextTable& table, bool with_commas) {
 }
 
 bool comments_name_juelich(const TextTable& table) {
-  return std::any_of(table.comments.begin(), table.comments.end(), [](std::string_view comment) {
-    const std::string text = lower(comment);
+  return std::ranges::any_of(table.comments, [](const std::string& text) {
     return text.find("framerate") != std::string::npos || text.find("frame rate") != std::string::npos ||
            (text.find("id") != std::string::npos && text.find("frame") > text.find("id") &&
             text.find("frame") != std::string::npos);
@@ -275,7 +279,7 @@ TextTable table_of(const std::string& path, std::string_view text, std::size_t f
   if (!lines.empty() && lines.front().text.starts_with("sep=")) lines.erase(lines.begin());  // of Excel
   const auto is_comment = [](const TextLine& line) { return trimmed(line.text).front() == '#'; };
   for (const TextLine& line : lines) {
-    if (is_comment(line)) table.comments.push_back(line.text);
+    if (is_comment(line)) table.comments.push_back(lower(line.text));
   }
   std::erase_if(lines, is_comment);
   if (lines.empty()) throw FormatError(path, 0, "a file with rows", "comments only");
@@ -301,8 +305,8 @@ std::vector<std::string> column_warnings(const TextTable& table, const TrackColu
   if (!columns.header) return {};
   const std::string_view first = table.rows.front().text;
   const std::string start = table.path + ": ", names = excerpt(trimmed(first));
-  std::vector<std::string> cells, warnings;
-  for (const std::string_view cell : cells_of(first, columns.separator)) cells.push_back(lower(cell));
+  const std::vector<std::string> cells = names_of(first, columns.separator);
+  std::vector<std::string> warnings;
   const std::size_t used = columns.label == TrackColumns::kNone ? 3 : 4;
   if (columns.id == TrackColumns::kNone && cells.size() > used)
     warnings.push_back(start + "no column of track ids in " + names + ", so all rows are one track; name it track_id");
@@ -310,6 +314,25 @@ std::vector<std::string> column_warnings(const TextTable& table, const TrackColu
     warnings.push_back(start + "x, y in " + names +
                        " are points, their widths and heights are not used; name the edges of boxes x1,y1,x2,y2");
   return warnings;
+}
+
+std::vector<std::pair<std::string, std::string>> two_columns(const std::string& path, const std::string& text,
+                                                             const char* first, const char* second) {
+  const TextTable table = table_of(path, text);
+  const TextLine& header = table.rows.front();
+  const std::vector<std::string> names = names_of(header.text, ',');
+  const std::size_t a = column(names, {first}), b = column(names, {second});
+  if (a == TrackColumns::kNone || b == TrackColumns::kNone)
+    throw FormatError(path, header.number, std::string("a column ") + (a == TrackColumns::kNone ? first : second),
+                      excerpt(header.text));
+  std::vector<std::pair<std::string, std::string>> rows;
+  for (std::size_t i = 1; i < table.rows.size(); ++i) {
+    const auto cells = cells_of(table.rows[i].text, ',');
+    if (cells.size() <= std::max(a, b))
+      throw FormatError(path, table.rows[i].number, "as many cells as names", excerpt(table.rows[i].text));
+    rows.emplace_back(cells[a], cells[b]);
+  }
+  return rows;
 }
 
 }  // namespace sila
