@@ -87,70 +87,59 @@ std::string joined(std::span<const char* const> names) {
   return text;
 }
 
-std::string text_of(const FieldValue& value) {
-  if (const bool* flag = std::get_if<bool>(&value)) return *flag ? "true" : "false";
-  if (const std::string* name = std::get_if<std::string>(&value)) return *name;
-  if (const std::int64_t* whole = std::get_if<std::int64_t>(&value)) return std::to_string(*whole);
-  return exact(std::get<double>(value));
+std::string text_of(const json& value) {
+  if (value.is_string()) return value.get<std::string>();
+  return value.is_number_float() ? exact(value.get<double>()) : value.dump();
 }
 
 std::string kind_of(const Field& field) {
-  constexpr const char* kKinds[] = {"a number", "a whole number", "true or false", "a name"};  // of FieldValue
-  return field.choices.empty() ? kKinds[field.read().index()] : "one of " + joined(field.choices);
+  if (!field.choices.empty()) return "one of " + joined(field.choices);
+  const json present = field.read();
+  return present.is_boolean() ? "true or false" : present.is_number_float() ? "a number" : "a whole number";
 }
 
 /// Writes a value of the right type into its field if the field admits it.
-void write_checked(const Field& field, const FieldValue& value) {
-  if (const std::string* name = std::get_if<std::string>(&value)) {
-    if (std::ranges::find(field.choices, *name) == field.choices.end()) {
-      throw Rejection{field.path + " to be " + kind_of(field), excerpt(*name)};
-    }
-  } else if (!std::holds_alternative<bool>(value)) {
-    const std::int64_t* whole = std::get_if<std::int64_t>(&value);
-    const double number = whole != nullptr ? static_cast<double>(*whole) : std::get<double>(value);
-    for (const Range& range : {field.range, field.storable}) {
-      if (!inside(range, number)) throw Rejection{field.path + " in " + describe(range), text_of(value)};
-    }
+void write_checked(const Field& field, const json& value) {
+  if (value.is_string() && std::ranges::find(field.choices, text_of(value)) == field.choices.end())
+    throw Rejection{field.path + " to be " + kind_of(field), excerpt(text_of(value))};
+  for (const Range& range : {field.range, field.storable}) {
+    if (value.is_number() && !inside(range, value.get<double>()))
+      throw Rejection{field.path + " in " + describe(range), text_of(value)};
   }
   field.write(value);
 }
 
-/// A JSON value as the type of the field; nothing if it has another type.
-std::optional<FieldValue> typed(const Field& field, const json& given) {
-  const FieldValue present = field.read();
-  if (std::holds_alternative<bool>(present)) {
-    return given.is_boolean() ? std::optional<FieldValue>(given.get<bool>()) : std::nullopt;
-  }
-  if (std::holds_alternative<std::string>(present)) {
-    return given.is_string() ? std::optional<FieldValue>(given.get<std::string>()) : std::nullopt;
-  }
-  if (std::holds_alternative<double>(present)) {
+/// A JSON value as the type of the field; null if it has another type.
+json typed(const Field& field, const json& given) {
+  const json present = field.read();
+  if (!present.is_number()) return given.type() == present.type() ? given : json();
+  if (present.is_number_float()) {
     if (given == "inf") return std::numeric_limits<double>::infinity();
     if (given == "-inf") return -std::numeric_limits<double>::infinity();
-    return given.is_number() ? std::optional<FieldValue>(given.get<double>()) : std::nullopt;
+    return given.is_number() ? json(given.get<double>()) : json();
   }
-  if (!given.is_number()) return std::nullopt;
-  if (given.is_number_integer() && !given.is_number_unsigned()) return given.get<std::int64_t>();
+  if (!given.is_number()) return json();
+  if (given.type() == json::value_t::number_integer) return given;
   const double number = given.get<double>();  // 3.0 is a whole number, too
-  if (std::trunc(number) != number || !(std::abs(number) < 9.2e18)) return std::nullopt;
+  if (std::trunc(number) != number || !(std::abs(number) < 9.2e18)) return json();
   return given.is_number_unsigned() ? given.get<std::int64_t>() : static_cast<std::int64_t>(number);
 }
 
-/// A value from the command line as the type of the field; nothing if it cannot be read as that.
-std::optional<FieldValue> parsed(const Field& field, std::string_view given) {
-  const FieldValue present = field.read();
-  if (std::holds_alternative<std::string>(present)) return std::string(given);
-  if (std::holds_alternative<bool>(present)) {
+/// A value from the command line as the type of the field; null if it cannot be read as that.
+json parsed(const Field& field, std::string_view given) {
+  const json present = field.read();
+  if (present.is_string()) return given;
+  if (present.is_boolean()) {
     if (given == "true" || given == "1") return true;
     if (given == "false" || given == "0") return false;
-    return std::nullopt;
+    return json();
   }
-  const auto read = [&](auto number) -> std::optional<FieldValue> {
+  const auto read = [&](auto number) {
     const char* const end = given.data() + given.size();
     const auto [stop, error] = std::from_chars(given.data(), end, number);
-    return error == std::errc() && stop == end ? std::optional<FieldValue>(number) : std::nullopt;
+    return error == std::errc() && stop == end ? json(number) : json();
   };
-  return std::holds_alternative<double>(present) ? read(0.0) : read(std::int64_t{0});
+  return present.is_number_float() ? read(0.0) : read(std::int64_t{0});
 }
 
 void apply_object(std::span<const Field> list, const std::string& prefix, const json& object) {
@@ -163,25 +152,15 @@ void apply_object(std::span<const Field> list, const std::string& prefix, const 
       continue;
     }
     const Field& field = find_field(list, path);
-    const std::optional<FieldValue> given = typed(field, value);
-    if (!given) throw Rejection{field.path + " to be " + kind_of(field), value.dump()};
-    write_checked(field, *given);
+    const json given = typed(field, value);
+    if (given.is_null()) throw Rejection{field.path + " to be " + kind_of(field), value.dump()};
+    write_checked(field, given);
   }
-}
-
-/// The object that holds the last name of a dotted path, made if it is not there.
-ordered_json& leaf(ordered_json& root, std::string_view path) {
-  ordered_json* place = &root;
-  for (std::size_t dot = path.find('.'); dot != std::string_view::npos; dot = path.find('.')) {
-    place = &(*place)[std::string(path.substr(0, dot))];
-    path.remove_prefix(dot + 1);
-  }
-  return (*place)[std::string(path)];
 }
 
 std::string range_of(const Field& field) {
   if (!field.choices.empty()) return joined(field.choices);
-  if (std::holds_alternative<bool>(field.read())) return "true | false";
+  if (field.read().is_boolean()) return "true | false";
   return std::isinf(field.range.min) && std::isinf(field.range.max) ? "any" : describe(field.range);
 }
 
@@ -192,8 +171,8 @@ const char* choice_name(std::span<const char* const> names, std::size_t value) {
   throw std::out_of_range("configuration: choice " + std::to_string(value) + " of " + std::to_string(names.size()));
 }
 
-void FieldCollector::add(const char* name, const char* text, std::function<FieldValue()> read,
-                         std::function<void(const FieldValue&)> write) {
+void FieldCollector::add(const char* name, const char* text, std::function<json()> read,
+                         std::function<void(const json&)> write) {
   list_.push_back({prefix_ + name, "", text, {}, {}, {}, std::move(read), std::move(write)});
 }
 
@@ -204,13 +183,11 @@ std::string nearest_name(std::string_view name, std::span<const char* const> kno
 ordered_json fields_to_json(std::span<const Field> list) {
   ordered_json root = ordered_json::object();
   for (const Field& field : list) {
-    const FieldValue value = field.read();
-    const double* number = std::get_if<double>(&value);
-    if (number != nullptr && std::isinf(*number)) {
-      leaf(root, field.path) = *number > 0.0 ? "inf" : "-inf";  // JSON has no infinity
-    } else {
-      std::visit([&](const auto& held) { leaf(root, field.path) = held; }, value);
-    }
+    std::string path = "/" + field.path;
+    std::ranges::replace(path, '.', '/');
+    const json value = field.read();
+    const bool is_infinite = value.is_number_float() && std::isinf(value.get<double>());  // JSON has no infinity
+    root[ordered_json::json_pointer(path)] = is_infinite ? json(value > 0.0 ? "inf" : "-inf") : value;
   }
   return root;
 }
@@ -232,9 +209,9 @@ void field_from_assignment(std::span<const Field> list, std::string_view assignm
   const std::string_view given = assignment.substr(equals + 1);
   try {
     const Field& field = find_field(list, assignment.substr(0, equals));
-    const std::optional<FieldValue> value = parsed(field, given);
-    if (!value) throw Rejection{field.path + " to be " + kind_of(field), "\"" + std::string(given) + "\""};
-    write_checked(field, *value);
+    const json value = parsed(field, given);
+    if (value.is_null()) throw Rejection{field.path + " to be " + kind_of(field), "\"" + std::string(given) + "\""};
+    write_checked(field, value);
   } catch (const Rejection& rejection) {
     throw std::invalid_argument("set: expected " + rejection.expected + ", found " + rejection.found);
   }

@@ -31,16 +31,16 @@ double number_in(const Field& field, Random& random) {
   const double low = field.range.open_min || least == 0.0 ? 1e-4 : least, high = std::min(most, 1e6);
   const double choice = uniform(random);
   if (choice < 0.1) return field.range.open_min ? low : least;
-  if (choice < 0.2) return std::holds_alternative<double>(field.read()) ? most : high;
+  if (choice < 0.2) return field.read().is_number_float() ? most : high;
   return std::exp(uniform(random, std::log(low), std::log(high)));
 }
 
-FieldValue value_in(const Field& field, Random& random) {
+nlohmann::json value_in(const Field& field, Random& random) {
   if (!field.choices.empty()) return std::string(field.choices[random() % field.choices.size()]);
-  const FieldValue present = field.read();
-  if (std::holds_alternative<bool>(present)) return random() % 2 == 0;
+  const nlohmann::json present = field.read();
+  if (present.is_boolean()) return random() % 2 == 0;
   const double number = number_in(field, random);
-  if (std::holds_alternative<double>(present)) return number;
+  if (present.is_number_float()) return number;
   return static_cast<std::int64_t>(std::clamp(std::round(number), field.range.min, field.range.max));
 }
 

@@ -8,7 +8,6 @@
 #include <string>
 #include <type_traits>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include "sila/core/fields.hpp"
@@ -16,19 +15,16 @@
 
 namespace sila {
 
-/// The value of a field of any type; of a choice its name.
-using FieldValue = std::variant<double, std::int64_t, bool, std::string>;
-
 /// One field of a configuration, with its type erased: its properties, and functions that read and write it.
 struct Field {
   std::string path;  ///< dotted, as in fuse.similarity_threshold
   const char* unit;
   const char* text;
-  Range range;                           ///< of numbers: the documented range
-  Range storable;                        ///< of numbers: the range of the member's type
-  std::span<const char* const> choices;  ///< of choices
-  std::function<FieldValue()> read;
-  std::function<void(const FieldValue&)> write;  ///< takes the alternative of FieldValue that `read` gives, checked
+  Range range;                                       ///< of numbers: the documented range
+  Range storable;                                    ///< of numbers: the range of the member's type
+  std::span<const char* const> choices;              ///< of choices
+  std::function<nlohmann::json()> read;              ///< of a choice its name; a number may be infinite
+  std::function<void(const nlohmann::json&)> write;  ///< takes a value of the type that `read` gives, checked
 };
 
 /// Throws: std::out_of_range for a value that has no name.
@@ -47,24 +43,23 @@ class FieldCollector {
       storable.max = static_cast<double>(std::numeric_limits<Number>::max());
     }
     add(
-        name, text, [&value] { return FieldValue(static_cast<Wide>(value)); },
-        [&value](const FieldValue& given) { value = static_cast<Number>(std::get<Wide>(given)); });
+        name, text, [&value] { return nlohmann::json(static_cast<Wide>(value)); },
+        [&value](const nlohmann::json& given) { value = static_cast<Number>(given.get<Wide>()); });
     list_.back().unit = unit;
     list_.back().range = range;
     list_.back().storable = storable;
   }
   void flag(const char* name, bool& value, const char* text) {
     add(
-        name, text, [&value] { return FieldValue(value); },
-        [&value](const FieldValue& given) { value = std::get<bool>(given); });
+        name, text, [&value] { return nlohmann::json(value); },
+        [&value](const nlohmann::json& given) { value = given.get<bool>(); });
   }
   template <class Enum>
   void choice(const char* name, Enum& value, std::span<const char* const> names, const char* text) {
     add(
-        name, text,
-        [&value, names] { return FieldValue(std::string(choice_name(names, static_cast<std::size_t>(value)))); },
-        [&value, names](const FieldValue& given) {
-          value = static_cast<Enum>(std::ranges::find(names, std::get<std::string>(given)) - names.begin());
+        name, text, [&value, names] { return nlohmann::json(choice_name(names, static_cast<std::size_t>(value))); },
+        [&value, names](const nlohmann::json& given) {
+          value = static_cast<Enum>(std::ranges::find(names, given.get<std::string>()) - names.begin());
         });
     list_.back().choices = names;
   }
@@ -78,8 +73,8 @@ class FieldCollector {
   std::vector<Field> list() && { return std::move(list_); }
 
  private:
-  void add(const char* name, const char* text, std::function<FieldValue()> read,
-           std::function<void(const FieldValue&)> write);
+  void add(const char* name, const char* text, std::function<nlohmann::json()> read,
+           std::function<void(const nlohmann::json&)> write);
 
   std::string prefix_;
   std::vector<Field> list_;
