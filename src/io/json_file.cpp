@@ -55,6 +55,12 @@ nlohmann::json shallow_json(std::string_view text) {
   return end_of_nesting(text) ? Json(Json::value_t::discarded) : Json::parse(text, nullptr, false);
 }
 
+const Json& member(const Json& object, const char* key) {
+  static const Json none;
+  const auto found = object.is_object() ? object.find(key) : object.end();
+  return found == object.end() ? none : *found;
+}
+
 std::string one_line(const nlohmann::ordered_json& json) {
   return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
@@ -88,8 +94,7 @@ JsonFields::JsonFields(const Json& object, std::string file, std::string where)
 }
 
 bool JsonFields::has(const char* key) const {
-  const auto found = object_->find(key);
-  return found != object_->end() && !found->is_null();
+  return !member(*object_, key).is_null();
 }
 
 void JsonFields::reject(const std::string& key, const std::string& expected) const {

@@ -16,6 +16,9 @@ inline constexpr std::size_t kDeepestJson = 100;
 /// The JSON of a text; discarded if it is none, or nested deeper than kDeepestJson.
 nlohmann::json shallow_json(std::string_view text);
 
+/// A member of an object; null if it is not there, or for another value than an object.
+const nlohmann::json& member(const nlohmann::json& object, const char* key);
+
 /// One line; bytes that are not UTF-8, such as those of a track id, are replaced.
 std::string one_line(const nlohmann::ordered_json& json);
 

@@ -98,13 +98,6 @@ bool has_key(std::string_view text, const std::string& key, char opener) {
   return value_of_key(text, key, opener) != std::string_view::npos;
 }
 
-/// A member of an object; null if it is not there.
-const Json& member(const Json& object, const char* key) {
-  static const Json none;
-  const auto found = object.is_object() ? object.find(key) : object.end();
-  return found == object.end() ? none : *found;
-}
-
 /// A coordinate plus `share` of a length; null if one is not a number.
 Json shifted(const Json& coordinate, const Json& length, double share) {
   if (!coordinate.is_number() || !length.is_number()) return {};

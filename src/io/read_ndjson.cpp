@@ -7,17 +7,16 @@ namespace {
 using Json = nlohmann::json;
 
 /// The number of a key; nothing if it is missing or something else.
-std::optional<double> number_in(const nlohmann::json& object, const char* key) {
-  const auto found = object.find(key);
-  return found != object.end() && found->is_number() ? std::optional<double>(found->get<double>()) : std::nullopt;
+std::optional<double> number_in(const Json& object, const char* key) {
+  const Json& value = member(object, key);
+  return value.is_number() ? std::optional<double>(value.get<double>()) : std::nullopt;
 }
 
 /// The id of a track: a text or a whole number; nothing if it is missing or something else.
-std::optional<std::string> id_in(const nlohmann::json& object, const char* key) {
-  const auto found = object.find(key);
-  if (found == object.end()) return std::nullopt;
-  if (found->is_string()) return found->get<std::string>();
-  if (found->is_number_integer()) return found->dump();  // its digits, however large it is
+std::optional<std::string> id_in(const Json& object, const char* key) {
+  const Json& value = member(object, key);
+  if (value.is_string()) return value.get<std::string>();
+  if (value.is_number_integer()) return value.dump();  // its digits, however large it is
   return std::nullopt;
 }
 
@@ -44,16 +43,16 @@ TrackFile read_trajnetpp(const TextTable& table, const ReadOptions& options) {
   for (const TextLine& line : table.rows) {
     const Json json = shallow_json(line.text);
     if (json.is_object() && json.contains("scene")) {
-      const auto rate = json["scene"].is_object() ? number_in(json["scene"], "fps") : std::nullopt;
+      const auto rate = number_in(json["scene"], "fps");
       if (rate && *rate > 0.0 && !samples_per_second) samples_per_second = rate;
       continue;
     }
     ++result.rows_read;
-    if (!json.is_object() || !json.contains("track") || !json["track"].is_object()) {
+    const Json& track = member(json, "track");
+    if (!track.is_object()) {
       count_bad(result, DropReason::not_json, line);
       continue;
     }
-    const Json& track = json["track"];
     const auto id = id_in(track, "p");
     const auto frame = number_in(track, "f"), x = number_in(track, "x"), y = number_in(track, "y");
     if (id && frame && x && y)
@@ -68,15 +67,14 @@ TrackFile read_trajnetpp(const TextTable& table, const ReadOptions& options) {
 }  // namespace
 
 std::optional<Detection> detection_of(const nlohmann::json& json) {
-  if (!json.is_object()) return std::nullopt;
   const auto id = id_in(json, "id");
   const auto t_s = number_in(json, "t"), x_m = number_in(json, "x"), y_m = number_in(json, "y");
   if (!id || id->empty() || id->size() > kMaxIdBytes || !t_s || !x_m || !y_m) return std::nullopt;
   Detection row{*id, *t_s, {*x_m, *y_m}};
   for (const char* key : {"class", "label"}) {
-    const auto label = json.find(key);
-    if (label != json.end() && label->is_string()) row.label = label->get<std::string>();
-    if (label != json.end() && label->is_number()) row.label = label->dump();
+    const Json& label = member(json, key);
+    if (label.is_string()) row.label = label.get<std::string>();
+    if (label.is_number()) row.label = label.dump();
   }
   return row;
 }
