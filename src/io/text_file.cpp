@@ -14,33 +14,12 @@
 namespace sila {
 namespace {
 
-constexpr std::string_view kReadable = "a readable file";
-
-std::string system_error_text() {
-  return std::generic_category().message(errno);
+[[noreturn]] void reject_unreadable(const std::string& path, const std::string& found) {
+  throw FormatError(path, 0, "a readable file", found);
 }
 
 [[noreturn]] void reject_truncated(const std::string& path) {
   throw FormatError(path, 0, "a whole gzip file", "one that is truncated or damaged");
-}
-
-/// Throws: FormatError if it does not exist or is a folder.
-void require_file(const std::filesystem::path& path) {
-  std::error_code error;
-  const auto status = std::filesystem::status(path, error);
-  if (!std::filesystem::exists(status)) throw FormatError(path.string(), 0, std::string(kReadable), "no such file");
-  if (std::filesystem::is_directory(status)) throw FormatError(path.string(), 0, std::string(kReadable), "a folder");
-}
-
-std::string unzipped_bytes(const std::string& path) {
-  GzipFile file(path);
-  std::string bytes;
-  std::vector<char> chunk(1U << 18);
-  for (;;) {
-    const std::size_t count = file.read(chunk);
-    bytes.append(chunk.data(), count);
-    if (count < chunk.size()) return bytes;
-  }
 }
 
 std::string_view unquoted(std::string_view cell) {
@@ -51,10 +30,13 @@ std::string_view unquoted(std::string_view cell) {
 }  // namespace
 
 GzipFile::GzipFile(std::string path) : path_(std::move(path)), file_(nullptr, gzclose_r) {
-  require_file(path_);
+  std::error_code error;
+  const auto status = std::filesystem::status(path_, error);
+  if (!std::filesystem::exists(status)) reject_unreadable(path_, "no such file");
+  if (std::filesystem::is_directory(status)) reject_unreadable(path_, "a folder");
   errno = 0;
   file_.reset(gzopen(path_.c_str(), "rb"));
-  if (!file_) throw FormatError(path_, 0, std::string(kReadable), system_error_text());
+  if (!file_) reject_unreadable(path_, std::generic_category().message(errno));
   gzbuffer(file_.get(), 1U << 17);
 }
 
@@ -65,7 +47,7 @@ std::size_t GzipFile::read(std::span<char> into) {
   // At the end of a truncated file gzread returns what it has; only the error code tells.
   int code = Z_OK;
   gzerror(file_.get(), &code);
-  if (code == Z_ERRNO) throw FormatError(path_, 0, std::string(kReadable), system_error_text());
+  if (code == Z_ERRNO) reject_unreadable(path_, std::generic_category().message(errno));
   if (count < 0 || (code != Z_OK && code != Z_STREAM_END)) reject_truncated(path_);
   return static_cast<std::size_t>(count);
 }
@@ -88,8 +70,14 @@ void reject_binary(const std::string& path, std::string_view bytes) {
 }
 
 std::string read_text(const std::filesystem::path& path, const std::string& content) {
-  const std::string name = path.string();
-  return text_of_bytes(name, unzipped_bytes(name), content);
+  GzipFile file(path.string());
+  std::string bytes;
+  std::vector<char> chunk(1U << 18);
+  for (std::size_t count = chunk.size(); count == chunk.size();) {
+    count = file.read(chunk);
+    bytes.append(chunk.data(), count);
+  }
+  return text_of_bytes(path.string(), std::move(bytes), content);
 }
 
 std::string text_of_bytes(const std::string& path, std::string bytes, const std::string& content) {
