@@ -35,7 +35,7 @@ Detections joined(Detections all, Detections part) {
 
 TrackFile read_vru_folder(const std::filesystem::path& folder, std::span<const std::filesystem::path> files,
                           const ReadOptions& options) {
-  TrackFile result{{folder.string(), {}}, TrackFormat::vru, "time stamps of each track's file"};
+  TrackFile result{{folder.string(), {}}, TrackFormat::vru};
   result.detections.own_clocks = true;
   std::vector<std::string> skipped;
   std::size_t tracks = 0;
@@ -104,7 +104,7 @@ TrackFile read_deepstream_folder(const std::filesystem::path& folder, std::span<
   if (!options.frames_per_second)
     throw FormatError(folder.string(), 0, "a frame rate (frames_per_second, --fps)",
                       "files of DeepStream, one a frame");
-  TrackFile result{{folder.string(), {}}, TrackFormat::kitti, {}};
+  TrackFile result{{folder.string(), {}}, TrackFormat::kitti};
   ReadOptions kitti = options;
   kitti.format = TrackFormat::kitti;
   for (const FrameFile& file : files) {
@@ -117,7 +117,6 @@ TrackFile read_deepstream_folder(const std::filesystem::path& folder, std::span<
     const TextTable table = table_of(file.path.string(), lines);
     TrackFile part = read_table(table, *table_reader(table, kitti), "");
     result.pixels = part.pixels;
-    result.clock = std::move(part.clock);
     result.detections = joined(std::move(result.detections), std::move(part.detections));
   }
   if (result.detections.rows.empty())

@@ -174,9 +174,6 @@ TrackColumns box_columns(TrackFormat format) {
           .separator = '\t',
           .id = 1,
           .time = 2,
-          .time_name = format == TrackFormat::frigate ? "frame_time"
-                       : format == TrackFormat::ottrk ? "occurrence"
-                                                      : "timestamp",
           .x = 3,
           .y = 4,
           .x2 = 5,
@@ -254,7 +251,7 @@ TrackFile read_json_boxes(const std::string& path, std::string_view text, TrackF
 
 std::optional<TrackFile> live_detections(const nlohmann::json& object, const ReadOptions& options) {
   if (std::optional<Detection> row = detection_of(object))
-    return in_metres({{{}, {*std::move(row)}, 1}, TrackFormat::ndjson, {}}, options, 1.0);
+    return in_metres({{{}, {*std::move(row)}, 1}, TrackFormat::ndjson}, options, 1.0);
   JsonTable table;
   for (const TrackFormat format : {TrackFormat::frigate, TrackFormat::axis}) {
     if (!object.is_object() || !box_rows(format, object)) continue;

@@ -33,7 +33,7 @@ TrackFile read_detection_lines(const TextTable& table) {
       count_bad(result, json.is_object() ? DropReason::not_a_number : DropReason::not_json, line);
     }
   }
-  return {std::move(result), TrackFormat::ndjson, "time stamps of \"t\""};
+  return {std::move(result), TrackFormat::ndjson};
 }
 
 /// Its scenes may name the rate of the frames.
@@ -61,7 +61,7 @@ TrackFile read_trajnetpp(const TextTable& table, const ReadOptions& options) {
       count_bad(result, DropReason::not_a_number, line);
   }
   const double interval_s = 1.0 / samples_per_second.value_or(2.5);
-  return with_seconds({std::move(result), TrackFormat::trajnetpp, {}}, options, {{}, interval_s});
+  return with_seconds({std::move(result), TrackFormat::trajnetpp}, options, {{}, interval_s});
 }
 
 }  // namespace

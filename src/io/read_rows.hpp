@@ -16,7 +16,7 @@ struct TrackColumns {
   std::size_t time = kNone;         ///< wins over `frame`
   double seconds_per_time = 1;      ///< unit of `time`
   std::size_t nanoseconds = kNone;  ///< to add to `time`, as ROS splits a stamp
-  std::string time_name = {};
+  std::string time_name = {};       ///< in a header line
   std::size_t frame = kNone;
   std::size_t x = kNone;
   std::size_t y = kNone;

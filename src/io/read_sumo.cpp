@@ -96,7 +96,7 @@ TrackFile read_sumo_fcd(const std::string& path, std::string_view text) {
   }
   if (!reading.begun || !reading.other_root.empty())
     throw FormatError(path, 1, "XML of SUMO whose outermost element is fcd-export", excerpt(reading.other_root));
-  return {std::move(reading.detections), TrackFormat::sumo_fcd, "time of each timestep"};
+  return {std::move(reading.detections), TrackFormat::sumo_fcd};
 }
 
 }  // namespace sila

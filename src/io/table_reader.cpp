@@ -147,19 +147,6 @@ double common_step(const std::vector<Detection>& rows) {
   return counts.empty() ? 1.0 : std::ranges::max_element(counts, {}, count)->first;
 }
 
-TrackFile at_rate(TrackFile file, double frames_per_second) {
-  for (Detection& row : file.detections.rows) row.t_s /= frames_per_second;
-  file.clock = "frames, " + exact(frames_per_second) + " per second";
-  return file;
-}
-
-TrackFile at_interval(TrackFile file, double interval_s) {
-  const double step = common_step(file.detections.rows);
-  for (Detection& row : file.detections.rows) row.t_s = row.t_s / step * interval_s;
-  file.clock = "frames, " + exact(interval_s) + " s for each step of " + exact(step);
-  return file;
-}
-
 /// The unit [s] of Unix times whose column names none, by their size: seconds reach 1e11 in the year 5138.
 double unix_unit(const TextTable& table, const TrackColumns& columns) {
   constexpr std::array<std::string_view, 4> kWithoutUnit{"t", "time", "timestamp", "stamp"};
@@ -224,7 +211,7 @@ std::optional<TableReader> table_reader(const TextTable& first, const ReadOption
 
 TrackFile read_table(const TextTable& table, const TableReader& reader, const std::string& only_track) {
   const TrackColumns& columns = reader.columns;
-  TrackFile file{read_rows(table, columns, only_track), columns.format, {}, columns.pixels};
+  TrackFile file{read_rows(table, columns, only_track), columns.format, columns.pixels};
   file.detections.warnings = reader.warnings;
   if (columns.format == TrackFormat::ind) {
     for (Detection& row : file.detections.rows) {
@@ -232,11 +219,7 @@ TrackFile read_table(const TextTable& table, const TableReader& reader, const st
       row.label = found == reader.classes.end() ? "unknown" : found->second;
     }
   }
-  if (columns.time == TrackColumns::kNone) {
-    file = with_seconds(std::move(file), reader.options, reader.clock);
-  } else {
-    file.clock = "time stamps of column " + columns.time_name;
-  }
+  if (columns.time == TrackColumns::kNone) file = with_seconds(std::move(file), reader.options, reader.clock);
   return in_metres(std::move(file), reader.options, reader.metres_per_unit);
 }
 
@@ -259,12 +242,19 @@ std::optional<double> seconds_of_date(std::string_view text) {
 }
 
 TrackFile with_seconds(TrackFile frames, const ReadOptions& options, const FrameClock& of_format) {
-  if (options.frames_per_second) return at_rate(std::move(frames), *options.frames_per_second);
-  if (options.sample_interval_s) return at_interval(std::move(frames), *options.sample_interval_s);
-  if (of_format.frames_per_second) return at_rate(std::move(frames), *of_format.frames_per_second);
-  if (of_format.sample_interval_s) return at_interval(std::move(frames), *of_format.sample_interval_s);
-  throw FormatError(frames.detections.source, 0, "time stamps, or a frame rate (frames_per_second, --fps)",
-                    "frame numbers alone");
+  const bool given = options.frames_per_second || options.sample_interval_s;
+  const FrameClock clock = given ? FrameClock{options.frames_per_second, options.sample_interval_s} : of_format;
+  std::vector<Detection>& rows = frames.detections.rows;
+  if (clock.frames_per_second) {
+    for (Detection& row : rows) row.t_s /= *clock.frames_per_second;
+  } else if (clock.sample_interval_s) {
+    const double step = common_step(rows);
+    for (Detection& row : rows) row.t_s = row.t_s / step * *clock.sample_interval_s;
+  } else {
+    throw FormatError(frames.detections.source, 0, "time stamps, or a frame rate (frames_per_second, --fps)",
+                      "frame numbers alone");
+  }
+  return frames;
 }
 
 }  // namespace sila

@@ -208,10 +208,8 @@ TrackColumns frame_or_time_columns(const TextTable& table) {
     return !cells.empty() && std::abs(std::fmod(number_of(cells[0]).value_or(0.0), 1.0)) > 0.0;
   };
   // Of stamps 0.5 s apart every other one; a few damaged frame numbers do not decide.
-  if (4 * std::ranges::count_if(table.rows, has_part) > std::ssize(table.rows)) {
+  if (4 * std::ranges::count_if(table.rows, has_part) > std::ssize(table.rows))
     columns.time = std::exchange(columns.frame, TrackColumns::kNone);
-    columns.time_name = "1";
-  }
   return columns;
 }
 

@@ -83,7 +83,6 @@ inline constexpr std::array<std::string_view, 13> kClassColumns = {
 struct TrackFile {
   Detections detections;
   TrackFormat format = TrackFormat::csv;
-  std::string clock;    ///< how stamps became seconds, for people
   bool pixels = false;  ///< the file has image points: they need a camera or a scale
 };
 
