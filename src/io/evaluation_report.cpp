@@ -64,16 +64,15 @@ std::string row(const ChangeScore& score) {
 
 std::string row(const OutcomeScore& score) {
   char text[200];
-  int length = std::snprintf(text, sizeof text, "%-8s %7zu %5.1f ",
-                             score.motion_state == kStanding ? "standing" : "walking", score.windows, score.horizon_s);
-  std::string line(text, static_cast<std::size_t>(length));
+  std::snprintf(text, sizeof text, "%-8s %7zu %5.1f ", score.motion_state == kStanding ? "standing" : "walking",
+                score.windows, score.horizon_s);
+  std::string line = text;
   for (std::size_t k = 0; k < kOutcomeCount; ++k) {
-    length = std::snprintf(text, sizeof text, " %4.0f/%.0f", 100.0 * score.rates[k], 100.0 * score.stated[k]);
-    line.append(text, static_cast<std::size_t>(length));
+    std::snprintf(text, sizeof text, " %4.0f/%.0f", 100.0 * score.rates[k], 100.0 * score.stated[k]);
+    line += text;
   }
-  length =
-      std::snprintf(text, sizeof text, "  %6.3f %6.3f %6.3f\n", score.brier, score.base_brier, score.calibration_error);
-  return line.append(text, static_cast<std::size_t>(length));
+  std::snprintf(text, sizeof text, "  %6.3f %6.3f %6.3f\n", score.brier, score.base_brier, score.calibration_error);
+  return line + text;
 }
 
 /// How much of the truth the nominal regions hold at the whole horizon.
