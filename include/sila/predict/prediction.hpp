@@ -25,6 +25,8 @@ struct Mode {
   std::vector<int> primitives;          ///< visited, in order; empty for constant velocity
   VariantKind variant = VariantKind::expected;
   std::size_t source = 0;  ///< which of the merged roll-outs it comes from, heaviest first
+
+  bool operator==(const Mode&) const = default;
 };
 
 /// The region in which the person will be with a nominal probability: where the density of the modes is at least
