@@ -8,17 +8,16 @@ namespace sila {
 namespace {
 
 using tests::expect_row;
+using tests::read_text;
 using tests::rows_of;
-using tests::TempFolder;
 
 TEST(TrajNetPlusPlus, ReadsTracksAndTheRateOfTheScenes) {
-  const TempFolder folder;
-  const auto file = read_detections(
-      folder.write("a.ndjson",
-                   "{\"scene\": {\"id\": 0, \"p\": 3, \"s\": 0, \"e\": 20, \"fps\": 2.5, \"tag\": [1, []]}}\n"
-                   "{\"track\": {\"f\": 0, \"p\": 3, \"x\": 1.5, \"y\": 2}}\n{\"track\": {\"f\": 10, \"p\": 3, \"x\": "
-                   "2, \"y\": 2.5}}\n"
-                   "{\"track\": {\"f\": 20, \"p\": 3, \"x\": \"far\", \"y\": 2.5}}\n{\"track\": {\"f\": 30, \"p\"\n"));
+  const auto file =
+      read_text("a.ndjson",
+                "{\"scene\": {\"id\": 0, \"p\": 3, \"s\": 0, \"e\": 20, \"fps\": 2.5, \"tag\": [1, []]}}\n"
+                "{\"track\": {\"f\": 0, \"p\": 3, \"x\": 1.5, \"y\": 2}}\n{\"track\": {\"f\": 10, \"p\": 3, \"x\": "
+                "2, \"y\": 2.5}}\n"
+                "{\"track\": {\"f\": 20, \"p\": 3, \"x\": \"far\", \"y\": 2.5}}\n{\"track\": {\"f\": 30, \"p\"\n");
   EXPECT_EQ(file.format, TrackFormat::trajnetpp);
   ASSERT_EQ(file.detections.rows.size(), 2U);
   expect_row(file.detections.rows[1], "3", 0.4, 2.0, 2.5);
@@ -28,11 +27,10 @@ TEST(TrajNetPlusPlus, ReadsTracksAndTheRateOfTheScenes) {
 }
 
 TEST(DetectionLines, AreReadAsTheServiceHearsThem) {
-  const TempFolder folder;
   const std::string text =
       "{\"t\": 0.1, \"id\": \"a\", \"x\": 1.5, \"y\": 2}\n{\"t\": 0.2, \"id\": 7, \"x\": 2, \"y\": 2.5, \"label\": "
       "\"cyclist\"}\n{\"t\": 0.3, \"id\": \"a\", \"x\": \"far\", \"y\": 2}\n{\"t\": 0.4, \"id\n";
-  const auto file = read_detections(folder.write("a.ndjson", text));
+  const auto file = read_text("a.ndjson", text);
   EXPECT_EQ(file.format, TrackFormat::ndjson);
   ASSERT_EQ(file.detections.rows.size(), 2U);
   expect_row(file.detections.rows[0], "a", 0.1, 1.5, 2.0);

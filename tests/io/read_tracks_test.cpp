@@ -12,13 +12,12 @@ namespace sila {
 namespace {
 
 using tests::expect_row;
+using tests::read_text;
 using tests::rows_of;
 using tests::TempFolder;
 
 TEST(GenericCsv, ReadsTheColumnsByNameAndIgnoresOthers) {
-  const TempFolder folder;
-  const auto file =
-      read_detections(folder.write("a.csv", "speed,track_id,t,x,y,note\n1,p 7,0.5,1.25,-2,hi\n1,p 7,1.0,1.5,-3,\n"));
+  const auto file = read_text("a.csv", "speed,track_id,t,x,y,note\n1,p 7,0.5,1.25,-2,hi\n1,p 7,1.0,1.5,-3,\n");
   EXPECT_EQ(file.format, TrackFormat::csv);
   ASSERT_EQ(file.detections.rows.size(), 2U);
   expect_row(file.detections.rows[0], "p 7", 0.5, 1.25, -2.0);
@@ -27,22 +26,20 @@ TEST(GenericCsv, ReadsTheColumnsByNameAndIgnoresOthers) {
 }
 
 TEST(GenericCsv, AcceptsAliasesSeparatorsQuotesByteOrderMarkAndCrLf) {
-  const TempFolder folder;
   for (const char* text : {"id,time,x,y\r\n3,0.5,1,2\r\n", "\xEF\xBB\xBFPed_ID;Timestamp;X_m;Y_m\n3;0.5;1;2\n",
                            "agent_id\tseconds\tpos_x\tpos_y\n3\t0.5\t1\t2\n",
                            "\"object_id\",\"t_s\",\"position_x\",\"position_y\"\n\"3\",\"0.5\",\"+1\",\"2\"\n",
                            "pedestrian_id timestamp_ms x y\n3 500 1 2\n", "track_id,t_ns,x,y\n3,500000000,1,2\n",
                            "# made by hand\n\ntrack_id , t , x , y\n 3 , 5e-1 , 1.0 , 2.0\n"}) {
     SCOPED_TRACE(text);
-    const auto file = read_detections(folder.write("a.csv", text));
+    const auto file = read_text("a.csv", text);
     ASSERT_EQ(file.detections.rows.size(), 1U);
     expect_row(file.detections.rows[0], "3", 0.5, 1.0, 2.0);
   }
 }
 
 TEST(GenericCsv, KeepsASeparatorInsideQuotes) {
-  const TempFolder folder;
-  const auto file = read_detections(folder.write("a.csv", "track_id,t,x,y\n\"a,b\",0,1,2\n"));
+  const auto file = read_text("a.csv", "track_id,t,x,y\n\"a,b\",0,1,2\n");
   expect_row(file.detections.rows.at(0), "a,b", 0.0, 1.0, 2.0);
 }
 
@@ -68,10 +65,9 @@ TEST(GenericCsv, TurnsFramesIntoSecondsByTheRateOrTheInterval) {
 }
 
 TEST(GenericCsv, WarnsOfColumnsThatAreNotUsed) {
-  const TempFolder folder;
   const auto warning = [&](const std::string& header, const std::string& row) {
     ReadOptions options{.frames_per_second = 10.0};
-    const auto& warnings = read_detections(folder.write("t.csv", header + row), options).detections.warnings;
+    const auto& warnings = read_text("t.csv", header + row, options).detections.warnings;
     return warnings.empty() ? std::string() : warnings.front();
   };
   EXPECT_EQ(warning("frame,personId,x,y,type\n", "1,7,2,3,car\n"), "");
@@ -81,9 +77,8 @@ TEST(GenericCsv, WarnsOfColumnsThatAreNotUsed) {
 }
 
 TEST(GenericCsv, BoxesWithoutATrackAreCounted) {
-  const TempFolder folder;
-  const Detections read = read_detections(folder.write("t.csv", "frame,id,x1,y1,x2,y2\n1,-1,2,3,4,5\n1,7,2,3,4,5\n"),
-                                          {.frames_per_second = 10.0, .metres_per_unit = 1.0})
+  const Detections read = read_text("t.csv", "frame,id,x1,y1,x2,y2\n1,-1,2,3,4,5\n1,7,2,3,4,5\n",
+                                    {.frames_per_second = 10.0, .metres_per_unit = 1.0})
                               .detections;
   EXPECT_EQ(read.rows.size(), 1u);
   ASSERT_EQ(read.dropped.size(), 1u);
@@ -103,9 +98,8 @@ TEST(GenericCsv, ScalesToMetres) {
 }
 
 TEST(GenericCsv, CountsBadRowsByReasonWithTheFirstLine) {
-  const TempFolder folder;
-  const auto file = read_detections(
-      folder.write("a.csv", "track_id,t,x,y\n1,0,1,2\n1,oops,1,2\n1,1\n1,1,,2\n,1,1,2\n1,2,nan,2\n1,3,1,2,9\n"));
+  const auto file =
+      read_text("a.csv", "track_id,t,x,y\n1,0,1,2\n1,oops,1,2\n1,1\n1,1,,2\n,1,1,2\n1,2,nan,2\n1,3,1,2,9\n");
   EXPECT_EQ(file.detections.rows_read, 7U);
   EXPECT_EQ(file.detections.rows.size(), 2U);  // NaN is a number to the reader; `clean` rejects it
   EXPECT_EQ(rows_of(file.detections, DropReason::not_a_number), 2U);
@@ -120,28 +114,25 @@ TEST(GenericCsv, CountsBadRowsByReasonWithTheFirstLine) {
 }
 
 TEST(GenericCsv, DropsRowsWithMoreCellsThanNamesButNotWithASeparatorAtTheirEnd) {
-  const TempFolder folder;
-  const auto commas = read_detections(folder.write("a.csv", "track_id,t,x,y\n1,10,6,-6,16\n1,10,7,-6,17\n1,9,1,2\n"));
+  const auto commas = read_text("a.csv", "track_id,t,x,y\n1,10,6,-6,16\n1,10,7,-6,17\n1,9,1,2\n");
   EXPECT_EQ(rows_of(commas.detections, DropReason::extra_cells), 2U);
-  EXPECT_EQ(read_detections(folder.write("b.csv", "track_id,t,x,y\n1,10,6,-6,\n")).detections.rows.size(), 1U);
-  const auto semicolons = read_detections(folder.write("c.csv", "track_id;t;x;y\n1;10,6;1;2\n1;10;1;2\n"));
+  EXPECT_EQ(read_text("b.csv", "track_id,t,x,y\n1,10,6,-6,\n").detections.rows.size(), 1U);
+  const auto semicolons = read_text("c.csv", "track_id;t;x;y\n1;10,6;1;2\n1;10;1;2\n");
   EXPECT_TRUE(says(semicolons.detections.dropped.at(0).first, "\"10,6\"; numbers need a decimal point"));
 }
 
 TEST(GenericCsv, NamesTheRemedyForOtherEncodingsAndLineEnds) {
-  const TempFolder folder;
   const auto rejection = [&](const std::string& text) {
-    return message_of<FormatError>([&] { read_detections(folder.write("a.csv", text)); });
+    return message_of<FormatError>([&] { read_text("a.csv", text); });
   };
   EXPECT_TRUE(says(rejection(std::string("\xff\xfet\0,\0x\0", 8)), "save it as UTF-8"));
   EXPECT_TRUE(says(rejection("track_id,t,x,y\r1,0,1,2\r1,1,1,2\r"), "line ends of CR alone"));
 }
 
 TEST(GenericCsv, IsReadTheSameInALocaleWithDecimalCommas) {
-  const TempFolder folder;
   const std::string before = std::setlocale(LC_ALL, nullptr);
   if (std::setlocale(LC_ALL, "de_DE.UTF-8") == nullptr) GTEST_SKIP() << "no such locale on this machine";
-  const auto file = read_detections(folder.write("a.csv", "track_id,t,x,y\n1,0.25,1.5,2\n"));
+  const auto file = read_text("a.csv", "track_id,t,x,y\n1,0.25,1.5,2\n");
   std::setlocale(LC_ALL, before.c_str());
   expect_row(file.detections.rows[0], "1", 0.25, 1.5, 2.0);
 }
@@ -157,16 +148,14 @@ TEST(Obsmat, TakesTheThirdAndFifthColumnAndFindsTheFrameStep) {
 }
 
 TEST(FrameIdXY, ReadsSpacesAndTabs) {
-  const TempFolder folder;
-  const auto file = read_detections(folder.write("a.txt", "0 4 1.5 2.5\n12\t4.0\t1.75\t2.5\n24 4 2 2.5\n48 4 3 2.5\n"));
+  const auto file = read_text("a.txt", "0 4 1.5 2.5\n12\t4.0\t1.75\t2.5\n24 4 2 2.5\n48 4 3 2.5\n");
   EXPECT_EQ(file.format, TrackFormat::frame_id_x_y);
   expect_row(file.detections.rows[1], "4", 0.4, 1.75, 2.5);
   EXPECT_DOUBLE_EQ(file.detections.rows[3].t_s, 1.6);
 }
 
 TEST(FrameIdXY, IsRecognisedDespiteADamagedFirstRow) {
-  const TempFolder folder;
-  const auto file = read_detections(folder.write("a.txt", "0 4 ? 2.5\n10 4 1 2\n20 4 2 2\n"));
+  const auto file = read_text("a.txt", "0 4 ? 2.5\n10 4 1 2\n20 4 2 2\n");
   EXPECT_EQ(file.format, TrackFormat::frame_id_x_y);
   EXPECT_EQ(file.detections.rows.size(), 2U);
   EXPECT_EQ(rows_of(file.detections, DropReason::not_a_number), 1U);
@@ -223,9 +212,8 @@ TEST_F(IndRecording, NeedsAFrameRateFromTheMetaFileOrTheCaller) {
 }
 
 TEST(Sind, UsesItsMilliseconds) {
-  const TempFolder folder;
-  const auto file = read_detections(folder.write(
-      "a.csv", "track_id,frame_id,timestamp_ms,agent_type,x,y,vx,vy,ax,ay\nP0,5,500.5,pedestrian,-4,8,0,0,0,0\n"));
+  const auto file = read_text(
+      "a.csv", "track_id,frame_id,timestamp_ms,agent_type,x,y,vx,vy,ax,ay\nP0,5,500.5,pedestrian,-4,8,0,0,0,0\n");
   EXPECT_EQ(file.format, TrackFormat::sind);
   expect_row(file.detections.rows[0], "P0", 0.5005, -4.0, 8.0);
   EXPECT_EQ(file.detections.rows[0].label, "pedestrian");
@@ -256,8 +244,7 @@ TEST(Vru, MakesAFolderOneRecordingWithPathsAsIds) {
 }
 
 TEST(Vru, ReadsOneFileAsOneTrack) {
-  const TempFolder folder;
-  const auto file = read_detections(folder.write("17.csv", ",timestamp,x,y\n0,0.0,1,2\n"));
+  const auto file = read_text("17.csv", ",timestamp,x,y\n0,0.0,1,2\n");
   expect_row(file.detections.rows[0], "17", 0.0, 1.0, 2.0);
 }
 
@@ -272,15 +259,12 @@ TEST(Vru, TellsOfFilesInTheFolderThatItSkips) {
 }
 
 TEST(Juelich, ReadsTheRateAndTheUnitFromTheComments) {
-  const TempFolder folder;
-  const auto metres =
-      read_detections(folder.write("a.txt", "#framerate: 16\n# ID\tframe\tX\tY\tZ\n1\t8\t3.5\t-0.5\t1.7\n"));
+  const auto metres = read_text("a.txt", "#framerate: 16\n# ID\tframe\tX\tY\tZ\n1\t8\t3.5\t-0.5\t1.7\n");
   EXPECT_EQ(metres.format, TrackFormat::juelich);
   expect_row(metres.detections.rows[0], "1", 0.5, 3.5, -0.5);
-  const auto centimetres =
-      read_detections(folder.write("b.txt", "# framerate: 25.00 fps\n# id frame x/cm y/cm z/cm\n1 50 350 -50 170\n"));
+  const auto centimetres = read_text("b.txt", "# framerate: 25.00 fps\n# id frame x/cm y/cm z/cm\n1 50 350 -50 170\n");
   expect_row(centimetres.detections.rows[0], "1", 2.0, 3.5, -0.5);
-  const auto flat = read_detections(folder.write("c.txt", "# framerate: 10\n# id frame x y\n1 50 3 4\n"));
+  const auto flat = read_text("c.txt", "# framerate: 10\n# id frame x y\n1 50 3 4\n");
   expect_row(flat.detections.rows[0], "1", 5.0, 3.0, 4.0);
 }
 

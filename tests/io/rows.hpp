@@ -5,10 +5,16 @@
 #include <algorithm>
 #include <string>
 
+#include "io/files.hpp"
 #include "sila/core/detections.hpp"
 #include "sila/io/track_files.hpp"
 
 namespace sila::tests {
+
+/// What is read of a file with this name and content.
+inline TrackFile read_text(const std::string& name, const std::string& text, const ReadOptions& options = {}) {
+  return read_detections(TempFolder().write(name, text), options);
+}
 
 /// What a row of every format should become.
 inline void expect_row(const Detection& row, const std::string& track, double t_s, double x_m, double y_m) {

@@ -13,10 +13,9 @@ using tests::at_rate;
 using tests::expect_row;
 using tests::format_error_of;
 using tests::rows_of;
-using tests::TempFolder;
 
 Detections read(const std::string& name, const std::string& text, const ReadOptions& options = {}) {
-  return read_detections(TempFolder().write(name, text), options).detections;
+  return tests::read_text(name, text, options).detections;
 }
 
 TEST(ColumnsWithoutAHeader, BeginWithSecondsIfTheFirstNumbersAreNotWhole) {

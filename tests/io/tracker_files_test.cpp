@@ -18,15 +18,15 @@ using tests::at_rate;
 using tests::expect_row;
 using tests::format_error_of;
 using tests::kCamera;
+using tests::read_text;
 using tests::rows_of;
 using tests::TempFolder;
 
 TEST(MotChallenge, GivesTheFootOfEachBox) {
-  const TempFolder folder;
-  const auto file = read_detections(folder.write("mot.txt",
-                                                 "1,3,100,50,40,120,0.91,-1,-1,-1\n26,3,110.5,50,40,120,0.9,-1,-1,-1\n"
-                                                 "26,4,10,50,0,120,0.9,-1,-1,-1\n27,4,10,fifty,9,120,0.9,-1,-1,-1\n"),
-                                    at_rate(25.0));
+  const auto file = read_text("mot.txt",
+                              "1,3,100,50,40,120,0.91,-1,-1,-1\n26,3,110.5,50,40,120,0.9,-1,-1,-1\n"
+                              "26,4,10,50,0,120,0.9,-1,-1,-1\n27,4,10,fifty,9,120,0.9,-1,-1,-1\n",
+                              at_rate(25.0));
   EXPECT_EQ(file.format, TrackFormat::mot);
   EXPECT_TRUE(file.pixels);
   ASSERT_EQ(file.detections.rows.size(), 2U);
@@ -56,12 +56,10 @@ TEST(MotChallenge, KeepsThePedestriansOfAGroundTruthThatCount) {
 }
 
 TEST(MotChallenge, NeedsAFrameRateAndAKnownNumberOfColumns) {
-  const TempFolder folder;
-  const auto no_rate =
-      format_error_of([&] { read_detections(folder.write("mot.txt", "1,3,100,50,40,120,0.91,-1,-1,-1\n")); });
+  const auto no_rate = format_error_of([&] { read_text("mot.txt", "1,3,100,50,40,120,0.91,-1,-1,-1\n"); });
   EXPECT_TRUE(says(no_rate.what(), "frames_per_second"));
   for (const std::string row : {"1,3,100,50,40", "1,3,100,50,40,120,0.9,1"}) {
-    const auto other = format_error_of([&] { read_detections(folder.write("other.txt", row)); });
+    const auto other = format_error_of([&] { read_text("other.txt", row); });
     const auto columns = std::to_string(std::ranges::count(row, ',') + 1);
     EXPECT_TRUE(says(other.what(), "other.txt:1: expected a header line"));
     EXPECT_TRUE(says(other.what(), "10 columns as in MOTChallenge, found " + columns + " columns"));
@@ -69,7 +67,6 @@ TEST(MotChallenge, NeedsAFrameRateAndAKnownNumberOfColumns) {
 }
 
 TEST(JsonArrays, AreReadAsTheRowsOfATable) {
-  const TempFolder folder;
   const std::string sink = R"([
     {"x_min": 10.0, "y_min": 20.0, "x_max": 30.0, "y_max": 80.5, "class_id": 0, "confidence": 0.9, "tracker_id": 4,
      "class_name": "a \"tab\tand , ] }", "frame_index": 0, "zone": [1, 2]},
@@ -81,7 +78,7 @@ TEST(JsonArrays, AreReadAsTheRowsOfATable) {
     {"x_min": 3, "y_min": 2, "x_max": 3, "y_max": 4, "class_id": 0, "tracker_id": 5, "frame_index": 25},
     7, []
 ])";
-  const auto file = read_detections(folder.write("sink.json", sink), at_rate(25.0));
+  const auto file = read_text("sink.json", sink, at_rate(25.0));
   EXPECT_EQ(file.format, TrackFormat::boxes);
   EXPECT_TRUE(file.pixels);
   ASSERT_EQ(file.detections.rows.size(), 2U);
@@ -97,9 +94,8 @@ TEST(JsonArrays, AreReadAsTheRowsOfATable) {
 }
 
 TEST(JsonArrays, MayHaveTheColumnsOfAnyTable) {
-  const TempFolder folder;
-  const auto file = read_detections(folder.write(
-      "t.json", R"([{"track_id":"a","t":0.5,"x":1,"y":-2e0,"label":"person"},{"y":1,"x":2,"t":1,"track_id":17}])"));
+  const auto file = read_text(
+      "t.json", R"([{"track_id":"a","t":0.5,"x":1,"y":-2e0,"label":"person"},{"y":1,"x":2,"t":1,"track_id":17}])");
   EXPECT_EQ(file.format, TrackFormat::csv);
   ASSERT_EQ(file.detections.rows.size(), 2U);
   expect_row(file.detections.rows[0], "a", 0.5, 1.0, -2.0);
@@ -108,46 +104,43 @@ TEST(JsonArrays, MayHaveTheColumnsOfAnyTable) {
 }
 
 TEST(JsonArrays, ThatAreDamagedOrNoTracksAreRefused) {
-  const TempFolder folder;
   const std::string row = R"({"track_id":"a","t":0.5,"x":1,"y":2})";
   for (const std::string& text : {"[\n" + row, "[" + row + "] x", std::string("[]"), std::string("[[1],2]"),
                                   std::string(R"([{"a":1,"b":2}])"), std::string("[\"a")}) {
-    const auto error = format_error_of([&] { read_detections(folder.write("bad.json", text)); });
+    const auto error = format_error_of([&] { read_text("bad.json", text); });
     EXPECT_TRUE(says(error.what(), "bad.json")) << text;
   }
   ReadOptions forced;
   forced.format = TrackFormat::ndjson;
-  EXPECT_THROW(read_detections(folder.write("t.json", "[" + row + "]"), forced), FormatError);
+  EXPECT_THROW(read_text("t.json", "[" + row + "]", forced), FormatError);
 }
 
 TEST(TrackersInJson, ThatAreNestedTooDeeplyAreCountedAsNoJson) {
-  const TempFolder folder;
   const std::string deep = std::string(200000, '[') + std::string(200000, ']');
   const std::string event = R"({"after": {"id": "a", "frame_time": 1, "label": "person", "box": [1, 2, 3, 4]}})";
   const std::string events = R"({"after": {"id": )" + deep + R"(, "box": [1, 2, 3, 4]}})" + "\n" + event;
   const std::string row = R"({"t": 1, "id": "a", "x": 1, "y": 2})";
   const std::string array = "[" + row + R"(, {"t": 1, "id": "a", "x": )" + deep + R"(, "y": 2}])";
   for (const std::string& text : {events, array, row + "\n{\"t\": " + deep + "}"}) {
-    const auto file = read_detections(folder.write("deep.json", text));
+    const auto file = read_text("deep.json", text);
     EXPECT_EQ(file.detections.rows.size(), 1U);
     EXPECT_EQ(rows_of(file.detections, DropReason::not_json), 1U);
   }
 }
 
 TEST(KittiTracking, GivesThePlaceOnTheGroundOrTheFootOfTheBox) {
-  const TempFolder folder;
   const std::string placed =
       "0 2 Pedestrian 0 0 -1.5 100 50 140 170 1.7 0.6 0.9 7.5 1.6 9.5 -0.9\n"
       "0 -1 DontCare -1 -1 -10 219 188 245 218 -1000 -1000 -1000 -10 -1 -1 -1\n"
       "5 2 Pedestrian 0 0 -1.5 100 50 140 170 1.7 0.6 0.9 8 1.6 9.5 -0.9\n";
-  const auto file = read_detections(folder.write("placed.txt", placed));
+  const auto file = read_text("placed.txt", placed);
   EXPECT_EQ(file.format, TrackFormat::kitti);
   EXPECT_FALSE(file.pixels);
   ASSERT_EQ(file.detections.rows.size(), 3U);
   expect_row(file.detections.rows[2], "2", 0.5, 8.0, 9.5);
   EXPECT_EQ(file.detections.rows[1].label, "DontCare");
-  const auto boxes = read_detections(
-      folder.write("boxes.txt", "0 2 Pedestrian -1 -1 -10 100 50 140 170 -1 -1 -1 -1000 -1000 -1000 -10 0.9\n"));
+  const auto boxes =
+      read_text("boxes.txt", "0 2 Pedestrian -1 -1 -10 100 50 140 170 -1 -1 -1 -1000 -1000 -1000 -10 0.9\n");
   EXPECT_TRUE(boxes.pixels);
   expect_row(boxes.detections.rows[0], "2", 0.0, 120.0, 170.0);
 }
@@ -188,14 +181,13 @@ TEST(DeepStream, GivesTheBoxesOfAFolderWithAFileForEachFrame) {
 }
 
 TEST(SumoFcd, GivesPersonsAndCountsTheRest) {
-  const TempFolder folder;
-  const auto file = read_detections(folder.write(
+  const auto file = read_text(
       "fcd.xml",
       "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fcd-export>\n  <timestep time=\"0.00\">\n"
       "    <person id=\"p&amp;1\" x=\"1.5\" y=\"2\" angle=\"90\" speed=\"1.3\"/>\n    <vehicle id=\"v\" x=\"9\" "
       "y=\"9\"/>\n"
       "  </timestep>\n  <timestep time=\"0.50\">\n    <person id=\"p&amp;1\" x=\"2.0\" y=\"2\"/>\n"
-      "    <person id=\"q\" x=\"far\" y=\"2\"/>\n    <person x=\"1\" y=\"2\"/>\n  </timestep>\n</fcd-export>\n"));
+      "    <person id=\"q\" x=\"far\" y=\"2\"/>\n    <person x=\"1\" y=\"2\"/>\n  </timestep>\n</fcd-export>\n");
   EXPECT_EQ(file.format, TrackFormat::sumo_fcd);
   ASSERT_EQ(file.detections.rows.size(), 3U);
   expect_row(file.detections.rows[0], "p&1", 0.0, 1.5, 2.0);
@@ -208,24 +200,21 @@ TEST(SumoFcd, GivesPersonsAndCountsTheRest) {
 }
 
 TEST(SumoFcd, RejectsOtherAndDamagedXml) {
-  const TempFolder folder;
-  const auto cut = format_error_of([&] {
-    read_detections(folder.write("cut.xml", "<fcd-export>\n<timestep time=\"0\"><person id=\"a\" x=\"1\" y=\"2\"/>\n"));
-  });
+  const auto cut = format_error_of(
+      [&] { read_text("cut.xml", "<fcd-export>\n<timestep time=\"0\"><person id=\"a\" x=\"1\" y=\"2\"/>\n"); });
   EXPECT_TRUE(says(cut.what(), "cut.xml:3"));
-  const auto returns = format_error_of([&] { read_detections(folder.write("returns.xml", "<fcd-export>\r\r\n<&\n")); });
+  const auto returns = format_error_of([&] { read_text("returns.xml", "<fcd-export>\r\r\n<&\n"); });
   EXPECT_TRUE(says(returns.what(), "returns.xml:2"));  // lines end with line feeds
-  const auto other = format_error_of([&] { read_detections(folder.write("net.xml", "<net><edge id=\"1\"/></net>")); });
+  const auto other = format_error_of([&] { read_text("net.xml", "<net><edge id=\"1\"/></net>"); });
   EXPECT_TRUE(says(other.what(), "fcd-export"));
 }
 
 TEST(BoxTables, ReadTheColumnsOfSupervision) {
-  const TempFolder folder;
-  const auto file = read_detections(
-      folder.write("sink.csv",
-                   "x_min,y_min,x_max,y_max,class_id,confidence,tracker_id,frame_index\n100,50,140,170,0,0.9,4,0\n"
-                   "102,50,142,170,0,0.9,4,10\n10,20,30,80,2,0.9,5,10\n30,20,10,80,0,0.9,6,10\n"),
-      at_rate(10.0));
+  const auto file =
+      read_text("sink.csv",
+                "x_min,y_min,x_max,y_max,class_id,confidence,tracker_id,frame_index\n100,50,140,170,0,0.9,4,0\n"
+                "102,50,142,170,0,0.9,4,10\n10,20,30,80,2,0.9,5,10\n30,20,10,80,0,0.9,6,10\n",
+                at_rate(10.0));
   EXPECT_EQ(file.format, TrackFormat::boxes);
   ASSERT_EQ(file.detections.rows.size(), 3U);
   expect_row(file.detections.rows[1], "4", 1.0, 122.0, 170.0);
@@ -244,16 +233,15 @@ std::string in_one_line(std::string json) {
 }
 
 TEST(FrigateEvents, GiveTheFootOfTheBoxAfterEachChange) {
-  const TempFolder folder;
   const std::string good = in_one_line(kFrigateEvent);
-  const auto file = read_detections(folder.write(
+  const auto file = read_text(
       "events.jsonl",
       good + "\n" +
           R"({"type": "end", "after": {"id": "b", "camera": "yard", "frame_time": 1700000001, "label": "car", "box": [1, 2, 3, 4]}})" +
           "\n{\"after\": {\"box\": 3}}\nnot JSON\n" +
           R"({"after": {"id": "a", "frame_time": "soon", "label": "person", "box": [1, 2, 3, 4]}})" + "\n" +
           R"({"after": {"id": "a", "frame_time": 3, "label": "person", "box": [3, 2, 3, 4]}})" + "\n" +
-          R"({"after": {"frame_time": 3, "label": "person", "box": [1, 2, 3, 4]}})" + "\n"));
+          R"({"after": {"frame_time": 3, "label": "person", "box": [1, 2, 3, 4]}})" + "\n");
   EXPECT_EQ(file.format, TrackFormat::frigate);
   EXPECT_TRUE(file.pixels);
   ASSERT_GE(file.detections.rows.size(), 1U);
@@ -282,18 +270,16 @@ TEST(FrigateEvents, OfTwoCamerasAreWarnedOf) {
 }
 
 TEST(AxisFrames, GiveTheFootOfEachObservation) {
-  const TempFolder folder;
   const std::string frame = R"("observations": [{"track_id": "4", "class": {"type": "Human"},)"
                             R"("bounding_box": {"left": 0.25, "top": 0.5, "right": 0.75, "bottom": 0.875}},)"
                             R"({"track_id": "5", "bounding_box": {"left": 0, "top": 0, "right": 1, "bottom": 1}},)"
                             R"({"track_id": "6", "class": {"type": "Human"}}]}})";
-  const auto file =
-      read_detections(folder.write("scene.jsonl", R"({"frame": {"timestamp": "1970-01-01T00:00:10.500000Z", )" + frame +
-                                                      R"(
+  const auto file = read_text("scene.jsonl", R"({"frame": {"timestamp": "1970-01-01T00:00:10.500000Z", )" + frame +
+                                                 R"(
 {"frame": {"timestamp": "1970-01-01T00:00:10.6Z", "observations": []}}
 {"frame": {"timestamp": "yesterday", )" + frame + "\n{\"data\": " +
-                                                      R"({"frame": {"timestamp": "1970-01-01T01:00:11+01:00", )" +
-                                                      frame + "}\n{\"frame\": 1}\n"));
+                                                 R"({"frame": {"timestamp": "1970-01-01T01:00:11+01:00", )" + frame +
+                                                 "}\n{\"frame\": 1}\n");
   EXPECT_EQ(file.format, TrackFormat::axis);
   EXPECT_TRUE(file.pixels);
   ASSERT_EQ(file.detections.rows.size(), 4U);
@@ -306,14 +292,13 @@ TEST(AxisFrames, GiveTheFootOfEachObservation) {
 }
 
 TEST(OtvisionTracks, GiveTheFootOfEachDetection) {
-  const TempFolder folder;
   const std::string text = R"({"metadata": {"detections": 4, "video": {"width": 800}},
  "data": {"detections": [
   {"class": "person", "x": 100.5, "y": 50, "w": 40, "h": 120, "frame": 1, "occurrence": 10.5, "track-id": 3},
   {"class": "car", "x": 1, "y": 1, "w": 1, "h": 1, "occurrence": "1970-01-01 00:00:11.250000", "track-id": 4},
   {"class": "person", "x": 1, "y": 1, "w": -1, "h": 1, "occurrence": 12, "track-id": 3},
   {"class": "person", "x": 1, "y": 1, "h": 1, "occurrence": 12, "track-id": 3}, 5]}})";
-  const auto file = read_detections(folder.write("video.ottrk", text));
+  const auto file = read_text("video.ottrk", text);
   EXPECT_EQ(file.format, TrackFormat::ottrk);
   EXPECT_TRUE(file.pixels);
   ASSERT_EQ(file.detections.rows.size(), 2U);
@@ -326,24 +311,22 @@ TEST(OtvisionTracks, GiveTheFootOfEachDetection) {
 }
 
 TEST(OtvisionTracks, ThatAreCutOrPackedAreRefused) {
-  const TempFolder folder;
-  const auto cut = format_error_of(
-      [&] { read_detections(folder.write("cut.ottrk", "{\"metadata\": {}, \"data\": {\"detections\": [{\"x\": 1}")); });
+  const auto cut =
+      format_error_of([&] { read_text("cut.ottrk", "{\"metadata\": {}, \"data\": {\"detections\": [{\"x\": 1}"); });
   EXPECT_TRUE(says(cut.what(), "whole"));
-  const auto none = format_error_of([&] { read_detections(folder.write("none.ottrk", R"({"metadata": {}})")); });
+  const auto none = format_error_of([&] { read_text("none.ottrk", R"({"metadata": {}})"); });
   EXPECT_TRUE(says(none.what(), "\"detections\""));
-  const auto packed = format_error_of([&] { read_detections(folder.write("packed.ottrk", "BZh91AY&SY etc.")); });
+  const auto packed = format_error_of([&] { read_text("packed.ottrk", "BZh91AY&SY etc."); });
   EXPECT_TRUE(says(packed.what(), "bunzip2"));
-  EXPECT_THROW(read_detections(folder.write("start.ottrk", "BZh")), FormatError);
+  EXPECT_THROW(read_text("start.ottrk", "BZh"), FormatError);
 }
 
 TEST(OpenDataCamHistory, GivesTheFootOfEachObject) {
-  const TempFolder folder;
-  const auto file = read_detections(folder.write("tracker.json", R"([
+  const auto file = read_text("tracker.json", R"([
 {"recordingId": "r", "timestamp": "1970-01-01T00:00:01.500Z", "objects": [
   {"id": 5, "x": 120, "y": 110, "w": 40, "h": 120, "bearing": 9, "name": "person"}, {"id": 6, "name": "car"}]},
 {"timestamp": "1970-01-01T00:00:02.000Z", "objects": [{"id": 5, "x": 121, "y": 110, "w": 40, "h": 120, "name": "person"}]},
-{"timestamp": "1970-01-01T00:00:02.500Z", "objects": []}, {"timestamp": "1970-01-01T00:00:03.000Z"}])"));
+{"timestamp": "1970-01-01T00:00:02.500Z", "objects": []}, {"timestamp": "1970-01-01T00:00:03.000Z"}])");
   EXPECT_EQ(file.format, TrackFormat::opendatacam);
   EXPECT_TRUE(file.pixels);
   ASSERT_EQ(file.detections.rows.size(), 2U);
@@ -373,12 +356,11 @@ TEST(TrackersInJson, AreTakenThroughACameraAndReadWholeByAStream) {
 }
 
 TEST(TimeStamps, MayBeDates) {
-  const TempFolder folder;
-  const auto file = read_detections(folder.write("dates.csv",
-                                                 "track_id,timestamp,x,y\na,1970-01-02T00:00:00.5Z,1,2\n"
-                                                 "a,1970-01-02 02:00:01+0200,1,2\na,1970-01-02T00:00:02,1,2\n"
-                                                 "a,1970-13-02T00:00:02,1,2\na,1970-01-02T00:00:0x,1,2\n"
-                                                 "a,1970-01-02T00:00:02 Z,1,2\na,1970-01-02T00:00:02+2,1,2\n"));
+  const auto file = read_text("dates.csv",
+                              "track_id,timestamp,x,y\na,1970-01-02T00:00:00.5Z,1,2\n"
+                              "a,1970-01-02 02:00:01+0200,1,2\na,1970-01-02T00:00:02,1,2\n"
+                              "a,1970-13-02T00:00:02,1,2\na,1970-01-02T00:00:0x,1,2\n"
+                              "a,1970-01-02T00:00:02 Z,1,2\na,1970-01-02T00:00:02+2,1,2\n");
   ASSERT_EQ(file.detections.rows.size(), 3U);
   EXPECT_DOUBLE_EQ(file.detections.rows[0].t_s, 86400.5);
   EXPECT_DOUBLE_EQ(file.detections.rows[1].t_s, 86401.0);
