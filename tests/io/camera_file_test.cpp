@@ -16,10 +16,10 @@ using tests::at_rate;
 using tests::format_error_of;
 using tests::kCamera;
 using tests::rows_of;
-using tests::TempFolder;
+using tests::ScratchFolder;
 
 TEST(CameraFile, MakesMetresOfBoxesAndDropsThoseAboveTheHorizon) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   ReadOptions options = at_rate(10.0);
   options.camera = read_camera(folder.write("camera.json", kCamera)).camera;
   const auto file = read_detections(
@@ -36,7 +36,7 @@ TEST(CameraFile, MakesMetresOfBoxesAndDropsThoseAboveTheHorizon) {
 }
 
 TEST(CameraFile, IsTakenFromASceneAndRoundTrips) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   const auto path = folder.write("s.json", R"({"origin": [0, 0], "axis_1": [1, 0], "axis_2": [0, 1],
     "sidewalk_width_m": 3, "camera": )" + std::string(kCamera) +
                                                "}");
@@ -57,7 +57,7 @@ TEST(CameraFile, KeepsTheSignOfItsCameraInASavedScene) {
   for (const Eigen::RowVector3d& w : {Eigen::RowVector3d(0, 0, 1), Eigen::RowVector3d(0, -1e-19, 1),
                                       Eigen::RowVector3d(0, 1e-3, -0.5), Eigen::RowVector3d(-1e-3, -1e-3, 0)}) {
     scene.camera->ground_from_image << 0.01, 0, 1, 0, 0.01, 1, w;
-    const TempFolder folder;
+    const ScratchFolder folder;
     write_scene(folder / "s.json", scene);
     const Scene again = read_scene(folder / "s.json");
     EXPECT_EQ(again.camera->ground_from_image, scene.camera->ground_from_image) << w;
@@ -65,7 +65,7 @@ TEST(CameraFile, KeepsTheSignOfItsCameraInASavedScene) {
 }
 
 TEST(Pixels, AreNoTracksWithoutACameraOrAScale) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   const auto mot = folder.write("mot.txt", "0,1,-5,900,10,100,1,-1,-1,-1\n1,1,-4,900,10,100,1,-1,-1,-1\n");
   const auto frigate = folder.write(
       "events.jsonl", R"({"after": {"id": "a", "frame_time": 1, "label": "person", "box": [100, 50, 140, 170]}})"
@@ -87,7 +87,7 @@ TEST(Pixels, AreNoTracksWithoutACameraOrAScale) {
 }
 
 TEST(CameraFile, WarnsOfLargeResidualsAndNamesTheFileOfWrongOnes) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   const std::string six =
       R"({"image_points": [[0,1000],[1000,1000],[400,500],[600,500],[500,700],[500,1000]],
           "ground_points": [[0,0],[10,0],[0,20],[10,20],[5,12],[5,4]]})";

@@ -13,7 +13,7 @@
 namespace sila {
 namespace {
 
-using tests::TempFolder;
+using tests::ScratchFolder;
 
 std::string damaged(std::string text, std::mt19937& random) {
   const std::string pieces[] = {"", ",", "\n", " ", "\"", "nan", "-", "1e999", "{", "}", "#", "\t", "x", "1e308", ";"};
@@ -41,7 +41,7 @@ const std::vector<std::string>& sound_files() {
 }
 
 TEST(DamagedTrackFiles, AreReadSoundlyOrRejected) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   std::size_t read = 0;
   std::size_t rejected = 0;
   for (unsigned seed = 1; seed <= 1600; ++seed) {
@@ -67,7 +67,7 @@ TEST(DamagedTrackFiles, AreReadSoundlyOrRejected) {
 }
 
 TEST(DamagedSceneFiles, AreReadSoundlyOrRejected) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   const std::string sound =
       "{\"origin\": [1, 2], \"axis_1\": [1, 0], \"axis_2\": [0.5, 0.8], \"sidewalk_width_m\": 2.5, \"corners\": "
       "[{\"name\": \"A\", "

@@ -12,17 +12,13 @@
 
 namespace sila::tests {
 
-/// A folder of the running test alone, removed at its end.
-class TempFolder : public ScratchFolder {
- public:
-  std::filesystem::path write_gz(const std::string& name, const std::string& text) const {
-    const std::filesystem::path file = path() / name;
-    gzFile out = gzopen(file.c_str(), "wb");
-    gzwrite(out, text.data(), static_cast<unsigned>(text.size()));
-    gzclose(out);
-    return file;
-  }
-};
+/// Writes a gzipped file; its path.
+inline std::filesystem::path write_gz(const std::filesystem::path& file, const std::string& text) {
+  gzFile out = gzopen(file.c_str(), "wb");
+  gzwrite(out, text.data(), static_cast<unsigned>(text.size()));
+  gzclose(out);
+  return file;
+}
 
 inline std::filesystem::path scenes_of_experiments() {
   return std::filesystem::path(SILA_TESTS_DIR).parent_path() / "experiments/scenes";

@@ -17,7 +17,6 @@ namespace sila {
 namespace {
 
 using tests::format_error_of;
-using tests::TempFolder;
 
 std::string repeated(std::size_t count, std::string_view text) {
   std::string all;
@@ -27,7 +26,7 @@ std::string repeated(std::size_t count, std::string_view text) {
 
 // Nested JSON is printed and copied by recursion: a million brackets exhausted the stack.
 TEST(HarmfulJson, IsRejectedIfItIsNestedTooDeep) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   for (const std::string& opening : {std::string("["), std::string("{\"a\":"), std::string("/* \" */["),
                                      std::string("/**//*\"*/["), std::string("[\"\\\"\",")}) {
     const std::string closing = opening.front() == '{' ? "}" : "]";
@@ -39,14 +38,14 @@ TEST(HarmfulJson, IsRejectedIfItIsNestedTooDeep) {
 }
 
 TEST(HarmfulJson, BracketsInTextsAndCommentsAreNoNesting) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   const std::string many = repeated(1000, "[{");
   const std::string text = "// \"" + many + "\n/* \"" + many + "*/" + R"({"a": ")" + many + R"(\"[", "b": [1]})";
   EXPECT_EQ(read_json(folder.write("a.json", text))["b"][0], 1);
 }
 
 TEST(HarmfulJson, ANumberBeyondAllNumbersIsRejectedWithItsLine) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   const auto error = format_error_of([&] { read_json(folder.write("a.json", "{\n\"x\": 1,\n\"y\": -1e999}")); });
   EXPECT_EQ(error.line, 3U);
   EXPECT_TRUE(says(error.found, "-1e999"));
@@ -54,7 +53,7 @@ TEST(HarmfulJson, ANumberBeyondAllNumbersIsRejectedWithItsLine) {
 
 // A key of the input stands in the message: it must not break the line or move the cursor of a terminal.
 TEST(HarmfulJson, MessagesAreOneLineOfBoundedLength) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   const std::string key = "two\\nlines \\u001b[2J" + repeated(5000, "x");
   const std::string text = "{\"" + key + "\": {\"" + key + "\": 1}}";
   const auto path = folder.write("c.json", text);
@@ -67,7 +66,7 @@ TEST(HarmfulJson, MessagesAreOneLineOfBoundedLength) {
 
 // Two people whose ids differ by 2^64 were one.
 TEST(HarmfulTracks, WholeNumbersBeyond64BitsKeepTheirSign) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   const std::string text = R"({"track": {"f": 1, "p": 18446744073709551615, "x": 0, "y": 0}}
 {"track": {"f": 1, "p": -1, "x": 5, "y": 5}}
 )";

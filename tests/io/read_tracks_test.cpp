@@ -14,7 +14,8 @@ namespace {
 using tests::expect_row;
 using tests::read_text;
 using tests::rows_of;
-using tests::TempFolder;
+using tests::ScratchFolder;
+using tests::write_gz;
 
 TEST(GenericCsv, ReadsTheColumnsByNameAndIgnoresOthers) {
   const auto file = read_text("a.csv", "speed,track_id,t,x,y,note\n1,p 7,0.5,1.25,-2,hi\n1,p 7,1.0,1.5,-3,\n");
@@ -44,7 +45,7 @@ TEST(GenericCsv, KeepsASeparatorInsideQuotes) {
 }
 
 TEST(GenericCsv, TakesTheClassesThatAreNamedInAnyCase) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   ReadOptions options;
   options.person_classes = {"Cyclist"};
   const auto path = folder.write("t.csv", "track_id,t,x,y,label\n1,0,1,2,Cyclist\n2,0,1,2,CYCLIST\n3,0,1,2,person\n");
@@ -56,7 +57,7 @@ TEST(GenericCsv, TakesTheClassesThatAreNamedInAnyCase) {
 }
 
 TEST(GenericCsv, TurnsFramesIntoSecondsByTheRateOrTheInterval) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   const auto path = folder.write("a.csv", "track_id,frame,x,y\n1,5,0,0\n1,10,1,0\n1,15,2,0\n1,25,3,0\n");
   EXPECT_DOUBLE_EQ(read_detections(path, {.frames_per_second = 25.0}).detections.rows[1].t_s, 0.4);
   EXPECT_DOUBLE_EQ(read_detections(path, {.sample_interval_s = 0.5}).detections.rows[1].t_s, 1.0);
@@ -86,13 +87,13 @@ TEST(GenericCsv, BoxesWithoutATrackAreCounted) {
 }
 
 TEST(GenericCsv, PrefersTimeStampsToFrames) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   const auto path = folder.write("a.csv", "track_id,frame,t,x,y\n1,50,0.7,0,0\n");
   EXPECT_DOUBLE_EQ(read_detections(path, {.frames_per_second = 25.0}).detections.rows[0].t_s, 0.7);
 }
 
 TEST(GenericCsv, ScalesToMetres) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   const auto path = folder.write("a.csv", "track_id,t,x,y\n1,0,100,200\n");
   expect_row(read_detections(path, {.metres_per_unit = 0.05}).detections.rows[0], "1", 0.0, 5.0, 10.0);
 }
@@ -138,7 +139,7 @@ TEST(GenericCsv, IsReadTheSameInALocaleWithDecimalCommas) {
 }
 
 TEST(Obsmat, TakesTheThirdAndFifthColumnAndFindsTheFrameStep) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   const auto path = folder.write(
       "obsmat.txt", "  7.800e+02 1.000e+00 8.5 0.0 3.5 1.6 0.0 0.1\r\n  7.860e+02 1.0 9.0 0.0 3.75 1.6 0.0 0.3\n");
   const auto file = read_detections(path);
@@ -162,7 +163,7 @@ TEST(FrameIdXY, IsRecognisedDespiteADamagedFirstRow) {
 }
 
 TEST(StanfordDrone, TakesBoxCentresInPixelsAndCountsLostRows) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   const auto path = folder.write("annotations.txt",
                                  "0 100 200 120 240 30 0 0 0 \"Pedestrian\"\n0 100 200 120 240 31 1 0 0 "
                                  "\"Pedestrian\"\n1 0 0 9 9 30 0 0 0 \"Biker\"\n");
@@ -179,7 +180,7 @@ TEST(StanfordDrone, TakesBoxCentresInPixelsAndCountsLostRows) {
 
 class IndRecording : public ::testing::Test {
  protected:
-  TempFolder folder;
+  ScratchFolder folder;
   std::filesystem::path tracks = folder.write("07_tracks.csv",
                                               "recordingId,trackId,frame,trackLifetime,xCenter,yCenter,heading,width,"
                                               "length\n7,0,50,0,10.5,-4.5,90,0,0\n7,1,50,0,3,-3,0,2,4\n");
@@ -220,16 +221,16 @@ TEST(Sind, UsesItsMilliseconds) {
 }
 
 TEST(Dut, CountsFramesAtItsOwnRate) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   const auto file =
-      read_detections(folder.write_gz("a.csv.gz", "id,frame,label,x_est,y_est,vx_est,vy_est\n0,2398,ped,5,9,1,0\n"));
+      read_detections(write_gz(folder / "a.csv.gz", "id,frame,label,x_est,y_est,vx_est,vy_est\n0,2398,ped,5,9,1,0\n"));
   EXPECT_EQ(file.format, TrackFormat::dut);
   expect_row(file.detections.rows[0], "0", 100.0, 5.0, 9.0);
   EXPECT_EQ(file.detections.rows[0].label, "ped");
 }
 
 TEST(Vru, MakesAFolderOneRecordingWithPathsAsIds) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   folder.write("set/moving/b.csv", ",timestamp,x,y\n0,0.0,1,2\n1,0.02,1.5,2\n");
   folder.write("set/moving/a.csv", ",timestamp,x,y\n0,0.0,5,6\n");
   folder.write("set/waiting/a.csv", ",timestamp,x,y\n0,0.0,7,8\n1,x,7,8\n");
@@ -249,7 +250,7 @@ TEST(Vru, ReadsOneFileAsOneTrack) {
 }
 
 TEST(Vru, TellsOfFilesInTheFolderThatItSkips) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   folder.write("a.csv", ",timestamp,x,y\n0,0.0,1,2\n");
   folder.write("notes.txt", "hello\n");
   const auto file = read_detections(folder.path());
@@ -269,23 +270,23 @@ TEST(Juelich, ReadsTheRateAndTheUnitFromTheComments) {
 }
 
 TEST(Juelich, NeedsAFrameRate) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   const auto path = folder.write("a.txt", "1 8 3.5 -0.5 1.7\n");
   EXPECT_TRUE(says(tests::format_error_of([&] { read_detections(path); }).expected, "frame rate"));
   EXPECT_DOUBLE_EQ(read_detections(path, {.frames_per_second = 16.0}).detections.rows[0].t_s, 0.5);
 }
 
 TEST(ReadDetections, ReadsGzippedFilesAsThePlainOnes) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   const std::string text = "track_id,t,x,y\n1,0,1,2\n1,1,2,3\n";
   const auto plain = read_detections(folder.write("a.csv", text)).detections;
-  const auto zipped = read_detections(folder.write_gz("a.csv.gz", text)).detections;
+  const auto zipped = read_detections(write_gz(folder / "a.csv.gz", text)).detections;
   ASSERT_EQ(plain.rows.size(), zipped.rows.size());
   for (std::size_t i = 0; i < plain.rows.size(); ++i) EXPECT_EQ(plain.rows[i].position_m, zipped.rows[i].position_m);
 }
 
 TEST(ReadDetections, ObeysAForcedFormat) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   const auto path = folder.write("a.txt", "1 16 3.5 -0.5\n");
   const auto file = read_detections(path, {.format = TrackFormat::juelich, .frames_per_second = 16.0});
   expect_row(file.detections.rows[0], "1", 1.0, 3.5, -0.5);
@@ -304,7 +305,7 @@ TEST(ReadDetections, KnowsEveryFormatByItsName) {
 }
 
 TEST(ReadDetections, RejectsOptionsThatAreNotPositive) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   const auto path = folder.write("a.csv", "track_id,t,x,y\n1,0,1,2\n");
   EXPECT_THROW(read_detections(path, {.frames_per_second = 0.0}), std::invalid_argument);
   EXPECT_THROW(read_detections(path, {.sample_interval_s = -0.4}), std::invalid_argument);
@@ -320,7 +321,7 @@ struct BadFile {
 };
 
 TEST(BadTrackFile, IsRejectedWithPathLineExpectedAndFound) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   const std::vector<BadFile> cases = {
       {"empty.csv", "", "rows", "empty", 0},
       {"blank.csv", " \n\n \t\n", "rows", "empty", 0},
@@ -348,10 +349,10 @@ TEST(BadTrackFile, IsRejectedWithPathLineExpectedAndFound) {
 }
 
 TEST(BadTrackFile, IsRejectedIfTheGzipIsTruncatedAnywhere) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   std::string text = "track_id,t,x,y\n";
   for (int i = 0; i < 2000; ++i) text += "1," + std::to_string(i) + "," + std::to_string(i * i % 977) + ",2\n";
-  const auto whole = folder.write_gz("whole.gz", text);
+  const auto whole = write_gz(folder / "whole.gz", text);
   const std::string bytes = tests::content_of(whole);
   for (const std::size_t length :
        {std::size_t{2}, std::size_t{9}, std::size_t{11}, bytes.size() / 2, bytes.size() - 9, bytes.size() - 1}) {
@@ -365,7 +366,7 @@ TEST(BadTrackFile, IsRejectedIfTheGzipIsTruncatedAnywhere) {
 }
 
 TEST(BadTrackFile, IsRejectedIfMissingOrAFolderWithoutTracks) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   EXPECT_TRUE(says(tests::format_error_of([&] { read_detections(folder.path() / "no.csv"); }).found, "no such file"));
   EXPECT_TRUE(says(tests::format_error_of([&] { read_detections(folder.path()); }).found, "no .csv"));
   folder.write("a.csv", "track_id,t,x,y\n1,0,1,2\n");

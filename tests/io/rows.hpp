@@ -13,7 +13,7 @@ namespace sila::tests {
 
 /// What is read of a file with this name and content.
 inline TrackFile read_text(const std::string& name, const std::string& text, const ReadOptions& options = {}) {
-  return read_detections(TempFolder().write(name, text), options);
+  return read_detections(ScratchFolder().write(name, text), options);
 }
 
 /// What a row of every format should become.

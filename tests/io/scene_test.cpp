@@ -11,7 +11,7 @@
 namespace sila {
 namespace {
 
-using tests::TempFolder;
+using tests::ScratchFolder;
 using Json = nlohmann::json;
 
 Json small_scene() {
@@ -23,7 +23,7 @@ Json small_scene() {
 }
 
 TEST(Scene, ReadsTheFourFieldsThatAUserMustGive) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   const Scene scene = read_scene(folder.write("s.json", small_scene().dump()));
   EXPECT_EQ(scene.name, "yard");
   ASSERT_EQ(scene.corners.size(), 1U);
@@ -38,7 +38,7 @@ TEST(Scene, ReadsTheFourFieldsThatAUserMustGive) {
 }
 
 TEST(Scene, ReadsAllCornersWithTheirWidths) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   Json json = small_scene();
   json["corners"] = Json::array();
   json["corners"].push_back(
@@ -60,7 +60,7 @@ TEST(Scene, ReadsAllCornersWithTheirWidths) {
 }
 
 TEST(Scene, UsesTheFirstLevelAndWarnsIfThePrimaryCornerDiffers) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   Json json = small_scene();
   Json other = small_scene();
   other["name"] = "B";
@@ -74,7 +74,7 @@ TEST(Scene, UsesTheFirstLevelAndWarnsIfThePrimaryCornerDiffers) {
 }
 
 TEST(Scene, WarnsOfMirroredAxes) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   Json json = small_scene();
   json["y_axis"] = "down";
   ASSERT_EQ(read_scene(folder.write("s.json", json.dump())).warnings.size(), 1U);
@@ -101,7 +101,7 @@ struct BadField {
 };
 
 TEST(BadScene, IsRejectedNamingFileFieldExpectedAndFound) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   const std::vector<BadField> cases = {
       {R"({"origin": null})", "origin", "null"},
       {R"({"axis_1": null})", "axis_1", "null"},
@@ -136,7 +136,7 @@ TEST(BadScene, IsRejectedNamingFileFieldExpectedAndFound) {
 }
 
 TEST(BadScene, IsRejectedWithTheLineIfItIsNotJson) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   const auto path = folder.write("s.json", "{\"origin\": [1, 2],\n\"axis_1\": oops}\n");
   EXPECT_EQ(tests::format_error_of([&] { read_scene(path); }).line, 2U);
   EXPECT_THROW(read_scene(folder.write("t.json", "[1, 2]")), FormatError);
@@ -152,7 +152,7 @@ TEST(Similarity, TurnsScalesAndShifts) {
 
 class SceneFiles : public ::testing::Test {
  protected:
-  TempFolder folder;
+  ScratchFolder folder;
   Json json = small_scene();
   std::string walk = "track_id,frame,x,y\n1,0,0,0\n1,10,1,0\n1,20,2,0\n";
   Scene read() const { return read_scene(folder.write("scenes/s.json", json.dump()), folder.path() / "data"); }
@@ -269,7 +269,7 @@ TEST(Scene, ThatBreaksItsInvariantIsRejected) {
 }
 
 TEST(WriteScene, WritesWhatReadSceneReads) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   Scene scene;
   scene.name = "made";
   scene.y_axis = YAxis::down;

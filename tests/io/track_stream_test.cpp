@@ -13,7 +13,7 @@
 namespace sila {
 namespace {
 
-using tests::TempFolder;
+using tests::ScratchFolder;
 
 /// So small that every file is read in parts.
 constexpr StreamLimits kTiny{.whole_bytes = 0, .block_bytes = 256, .rows_at_once = 60};
@@ -83,7 +83,7 @@ void expect_same(const CleanTracks& streamed, const CleanTracks& whole) {
 }
 
 TEST(TrackStream, GivesWhatReadingTheWholeFileGives) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   for (const Order order : {Order::by_track, Order::by_time, Order::shuffled}) {
     for (unsigned seed = 0; seed < 20; ++seed) {
       SCOPED_TRACE(seed);
@@ -97,7 +97,7 @@ TEST(TrackStream, GivesWhatReadingTheWholeFileGives) {
 }
 
 TEST(TrackStream, NamesTheTracksOfSeveralFilesAsReadTracksDoes) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   const std::vector<std::filesystem::path> paths{folder.write("a.csv", rows_text(Order::by_time, 1, "\n")),
                                                  folder.write("b.csv", rows_text(Order::by_track, 2, "\n"))};
   StreamLimits only_the_first_in_parts = kTiny;
@@ -107,7 +107,7 @@ TEST(TrackStream, NamesTheTracksOfSeveralFilesAsReadTracksDoes) {
 }
 
 TEST(TrackStream, ReadsFormatsWithAFrameRateInPartsAndOthersWhole) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   std::string dut = "id,frame,label,x_est,y_est\n";
   std::string obsmat;
   for (int id = 1; id <= 30; ++id) {
@@ -128,7 +128,7 @@ TEST(TrackStream, ReadsFormatsWithAFrameRateInPartsAndOthersWhole) {
 }
 
 TEST(TrackStream, RejectsEveryFileBeforeTheFirstTrackIsGiven) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   const auto good = folder.write("a.csv", rows_text(Order::by_time, 1, "\n"));
   const std::vector<std::filesystem::path> second_is_none{good, folder.write("b.csv", "a,b\n1,2\n")};
   EXPECT_THROW(TrackStream(second_is_none, {}, {}, {}), FormatError);
@@ -137,14 +137,14 @@ TEST(TrackStream, RejectsEveryFileBeforeTheFirstTrackIsGiven) {
 }
 
 TEST(TrackStream, RejectsALineLongerThanABlockWithItsNumber) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   const std::string text = "track_id,t,x,y\n1,0,0,0\n1,0.1,0,0\n" + std::string(300, 'x') + "\n";
   const auto read = [&] { all_of(TrackStream({{folder.write("a.csv", text)}}, {}, {}, {}, kTiny)); };
   EXPECT_TRUE(says(message_of<FormatError>(read), ":4:"));
 }
 
 TEST(TrackStream, RejectsFilesWithoutOneTrack) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   const auto path = folder.write("a.csv", "track_id,t,x,y\n1,0,0,0\n2,0.1,0,0\n" + std::string(40, '\n'));
   EXPECT_THROW(all_of(TrackStream({{path}}, {}, {}, {}, kTiny)), FormatError);
 }

@@ -20,7 +20,8 @@ using tests::format_error_of;
 using tests::kCamera;
 using tests::read_text;
 using tests::rows_of;
-using tests::TempFolder;
+using tests::ScratchFolder;
+using tests::write_gz;
 
 TEST(MotChallenge, GivesTheFootOfEachBox) {
   const auto file = read_text("mot.txt",
@@ -39,7 +40,7 @@ TEST(MotChallenge, GivesTheFootOfEachBox) {
 }
 
 TEST(MotChallenge, KeepsThePedestriansOfAGroundTruthThatCount) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   const auto path = folder.write("gt.txt",
                                  "1,1,0,0,10,20,1,1,0.8\n1,2,0,0,10,20,1,3,1\n1,3,0,0,10,20,0,1,1\n"
                                  "1,4,0,0,10,20\n");
@@ -146,7 +147,7 @@ TEST(KittiTracking, GivesThePlaceOnTheGroundOrTheFootOfTheBox) {
 }
 
 TEST(DeepStream, GivesTheBoxesOfAFolderWithAFileForEachFrame) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   const std::string unknown = " 0.0 0.0 0.0 0.0 0.0 0.0 0.0 0.9\n";
   folder.write("run/00_000_000000.txt", "person 7 0.0 0 0.0 100 50 140 170" + unknown);
   folder.write("run/00_000_000001.txt", "");
@@ -163,7 +164,7 @@ TEST(DeepStream, GivesTheBoxesOfAFolderWithAFileForEachFrame) {
   expect_row(file.detections.rows[2], "7", 0.08, 130.0, 170.0);
   EXPECT_EQ(rows_of(file.detections, DropReason::missing_cells), 1U);
   EXPECT_TRUE(says(file.detections.dropped.front().first, "00_000_000002.txt:3"));
-  folder.write_gz("run/00_000_000003.txt.gz", "person 7 0.0 0 0.0 120 50 160 170" + unknown);
+  write_gz(folder / "run/00_000_000003.txt.gz", "person 7 0.0 0 0.0 120 50 160 170" + unknown);
   EXPECT_EQ(read_detections(folder.path() / "run", options).detections.rows.size(), 4U);
   const auto no_rate = format_error_of([&] { read_detections(folder.path() / "run", {}); });
   EXPECT_TRUE(says(no_rate.what(), "--fps"));
@@ -255,7 +256,7 @@ TEST(FrigateEvents, GiveTheFootOfTheBoxAfterEachChange) {
 }
 
 TEST(FrigateEvents, OfTwoCamerasAreWarnedOf) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   const std::string yard = in_one_line(kFrigateEvent);
   std::string side = yard;
   side.replace(side.find("yard"), 4, "side");
@@ -338,7 +339,7 @@ TEST(OpenDataCamHistory, GivesTheFootOfEachObject) {
 }
 
 TEST(TrackersInJson, AreTakenThroughACameraAndReadWholeByAStream) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   std::string text = "[";  // one line that is longer than a block
   for (int i = 0; i < 200; ++i)
     text += std::string(i > 0 ? "," : "") + R"({"timestamp": "2024-01-01T00:00:)" + std::to_string(10 + i / 10) + "." +

@@ -10,10 +10,10 @@
 namespace sila {
 namespace {
 
-using tests::TempFolder;
+using tests::ScratchFolder;
 
 TEST(WriteTracksCsv, WritesWhatTheReaderReadsBackBitForBit) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   const std::vector<Trajectory> tracks = {{"a", {0.1, 0.3}, {Vector2(1.0 / 3.0, -2e-17), Vector2(1e5 / 7.0, 3.0)}},
                                           {"file,x:2", {1.0 / 7.0}, {Vector2(0.0, 5e-324)}}};
   const auto path = folder.path() / "out.csv";
@@ -31,7 +31,7 @@ TEST(WriteTracksCsv, WritesWhatTheReaderReadsBackBitForBit) {
 }
 
 TEST(WriteTracksCsv, KeepsEachIdOrRefusesIt) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   const auto path = folder / "out.csv";
   std::vector<Trajectory> tracks;
   for (const char* id : {"#5", "'x'", "'", " a ", "a\r", "\v", "a'b", "17#2", "a;b"})
@@ -48,7 +48,7 @@ TEST(WriteTracksCsv, KeepsEachIdOrRefusesIt) {
 }
 
 TEST(WriteTracksCsv, LeavesNothingBehindWhenItCannotWrite) {
-  const TempFolder folder;
+  const ScratchFolder folder;
   const std::vector<Trajectory> tracks = {{"a", {0.0}, {Vector2(1, 2)}}};
   EXPECT_THROW(write_tracks_csv(folder.path() / "missing" / "out.csv", tracks), FormatError);
   std::filesystem::create_directories(folder.path() / "taken" / "inside");
