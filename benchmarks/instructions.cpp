@@ -25,12 +25,7 @@ extern "C" {
 
 int main() {
   const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
-  sila::SimulationConfig simulation = bench::kConfig.simulate;
-  simulation.tracks = 3 * static_cast<int>(bench::kBatch);
-  const sila::Simulation simulated = sila::simulate(simulation);
-  std::vector<sila::FramedTrajectory> tracks;
-  for (const sila::Trajectory& track : simulated.tracks)
-    tracks.push_back({track, sila::primary_corner(simulated.scene).frame});
+  const std::vector<sila::FramedTrajectory> tracks = bench::simulated_tracks(3 * static_cast<int>(bench::kBatch));
   const std::span<const sila::FramedTrajectory> seen = std::span(tracks).first(2 * bench::kBatch);
   const std::span<const sila::FramedTrajectory> batch = std::span(tracks).last(bench::kBatch);
   const sila::EpisodeConfig& config = bench::kConfig.episode;

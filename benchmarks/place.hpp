@@ -15,24 +15,29 @@ namespace bench {
 inline const sila::Config kConfig;
 inline constexpr std::size_t kBatch = 20;
 
+inline std::vector<sila::FramedTrajectory> simulated_tracks(int count, std::uint64_t seed = kConfig.simulate.seed) {
+  sila::SimulationConfig config = kConfig.simulate;
+  config.tracks = count;
+  config.seed = seed;
+  sila::Simulation simulation = sila::simulate(config);
+  std::vector<sila::FramedTrajectory> tracks;
+  for (sila::Trajectory& track : simulation.tracks)
+    tracks.push_back({std::move(track), sila::primary_corner(simulation.scene).frame});
+  return tracks;
+}
+
 /// Of the scene that SILA_BENCH_SCENE and SILA_BENCH_DATA name, else simulated.
 inline std::vector<sila::FramedTrajectory> all_tracks() {
-  std::vector<sila::FramedTrajectory> tracks;
   if (const char* path = std::getenv("SILA_BENCH_SCENE")) {
     const char* data = std::getenv("SILA_BENCH_DATA");
     const sila::Scene scene = sila::read_scene(path, data ? data : "");
+    std::vector<sila::FramedTrajectory> tracks;
     for (sila::Trajectory& track : sila::read_tracks({}, scene, {}, kConfig.clean).trajectories) {
       tracks.push_back({std::move(track), scene.corners[scene.primary].frame});
     }
     return sila::split_tracks(std::move(tracks), 0.0, 1, sila::SplitBy::track).train;
   }
-  sila::SimulationConfig simulation = kConfig.simulate;
-  simulation.tracks = 400;
-  sila::Simulation simulated = sila::simulate(simulation);
-  for (sila::Trajectory& track : simulated.tracks) {
-    tracks.push_back({std::move(track), sila::primary_corner(simulated.scene).frame});
-  }
-  return tracks;
+  return simulated_tracks(400);
 }
 
 /// A place half learnt, and the next batches.
@@ -59,17 +64,11 @@ inline const Place& place() {
 /// A model of at least 1000 transitions: nothing is fused, so that more fields overlap than in a model that SILA made.
 inline const sila::Model& large_model() {
   static const sila::Model model = [] {
-    sila::SimulationConfig simulation = kConfig.simulate;
-    simulation.tracks = 4000;
-    const sila::Simulation simulated = sila::simulate(simulation);
+    const std::vector<sila::FramedTrajectory> tracks = simulated_tracks(4000);
     sila::Model grown;
     const sila::Update update = sila::accumulate_update(kConfig.episode);
-    for (std::size_t first = 0; grown.transitions.size() < 1000; first += kBatch) {
-      std::vector<sila::FramedTrajectory> batch;
-      for (std::size_t k = first; k < first + kBatch; ++k)
-        batch.push_back({simulated.tracks.at(k), sila::primary_corner(simulated.scene).frame});
-      grown = sila::run_episode(grown, batch, kConfig.episode, update).model;
-    }
+    for (std::size_t first = 0; grown.transitions.size() < 1000; first += kBatch)
+      grown = sila::run_episode(grown, std::span(tracks).subspan(first, kBatch), kConfig.episode, update).model;
     return grown;
   }();
   return model;

@@ -23,14 +23,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 std::vector<sila::Window> simulated_windows() {
-  sila::SimulationConfig simulation = bench::kConfig.simulate;
-  simulation.tracks = 60;
-  simulation.seed = 77;
-  const sila::Simulation simulated = sila::simulate(simulation);
-  std::vector<sila::FramedTrajectory> tracks;
-  for (const sila::Trajectory& track : simulated.tracks)
-    tracks.push_back({track, sila::primary_corner(simulated.scene).frame});
-  return sila::windows_of(tracks, bench::kConfig.episode.sampling, bench::kConfig.episode.predict, 1.0);
+  return sila::windows_of(bench::simulated_tracks(60, 77), bench::kConfig.episode.sampling,
+                          bench::kConfig.episode.predict, 1.0);
 }
 
 void report(benchmark::State& state, std::vector<double>& each_us, const sila::Model& model) {
