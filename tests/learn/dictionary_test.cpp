@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <random>
@@ -67,22 +68,23 @@ TEST(SparseCoding, SatisfiesTheOptimalityConditionsAndIsNeverNegative) {
   }
 }
 
-std::vector<GridVector> vectors_of(const std::vector<FramedTrajectory>& tracks, const Grid& grid) {
+const Grid kGrid{0.4, Vector2::Zero(), 8};
+
+std::vector<GridVector> vectors_of_walks(int count, unsigned seed) {
   std::vector<GridVector> vectors;
-  for (const FramedTrajectory& placed : tracks)
-    vectors.push_back(to_grid_vector(resample(placed.track, placed.frame, {}), grid));
+  for (const FramedTrajectory& placed : testing::corner_walks(count, seed))
+    vectors.push_back(to_grid_vector(resample(placed.track, placed.frame, {}), kGrid));
   return vectors;
 }
 
 TEST(Dictionary, NeverRaisesItsObjectiveAndKeepsEveryPrimitiveInItsSet) {
-  const Grid grid{0.4, Vector2::Zero(), 8};
   for (unsigned seed : {1u, 2u, 3u}) {
     for (CutRule cut : {CutRule::aligned, CutRule::first_unexplained}) {
       SCOPED_TRACE("seed " + std::to_string(seed));
       DictionaryConfig config;
       config.cut = cut;
-      const std::vector<GridVector> vectors = vectors_of(testing::corner_walks(20, seed), grid);
-      const Dictionary dictionary = learn_dictionary(vectors, grid, 6.0, 10.0, config);
+      const std::vector<GridVector> vectors = vectors_of_walks(20, seed);
+      const Dictionary dictionary = learn_dictionary(vectors, kGrid, 6.0, 10.0, config);
       EXPECT_GE(dictionary.primitives.size(), 3u);
       for (std::size_t i = 1; i < dictionary.objective.size(); ++i) {
         EXPECT_LE(dictionary.objective[i], dictionary.objective[i - 1] + 1e-9) << "step " << i;
@@ -99,12 +101,11 @@ TEST(Dictionary, NeverRaisesItsObjectiveAndKeepsEveryPrimitiveInItsSet) {
 }
 
 TEST(Dictionary, SupportMasksKeepPrimitivesLocalAndSharedBetweenRoutes) {
-  const Grid grid{0.4, Vector2::Zero(), 8};
-  const std::vector<GridVector> vectors = vectors_of(testing::corner_walks(20, 4), grid);
+  const std::vector<GridVector> vectors = vectors_of_walks(20, 4);
   DictionaryConfig masked, free;
   free.support_mask = false;
-  const Dictionary local = learn_dictionary(vectors, grid, 6.0, 10.0, masked);
-  const Dictionary global = learn_dictionary(vectors, grid, 6.0, 10.0, free);
+  const Dictionary local = learn_dictionary(vectors, kGrid, 6.0, 10.0, masked);
+  const Dictionary global = learn_dictionary(vectors, kGrid, 6.0, 10.0, free);
   const auto uses = [](const Dictionary& dictionary) {
     double sum = 0.0;
     for (const auto& code : dictionary.codes) sum += static_cast<double>(code.size());
@@ -115,20 +116,18 @@ TEST(Dictionary, SupportMasksKeepPrimitivesLocalAndSharedBetweenRoutes) {
 }
 
 TEST(Dictionary, AlignedCutsEndAtTileBorders) {
-  const Grid grid{0.4, Vector2::Zero(), 8};
-  const Dictionary dictionary = learn_dictionary(vectors_of(testing::corner_walks(20, 6), grid), grid, 6.0, 10.0, {});
+  const Dictionary dictionary = learn_dictionary(vectors_of_walks(20, 6), kGrid, 6.0, 10.0, {});
   for (const MotionPrimitive& primitive : dictionary.primitives) {
     for (const CellVelocity& arrow : primitive.cells) {
-      EXPECT_EQ(tile_of(grid, arrow.cell), tile_of(grid, primitive.cells.front().cell));
+      EXPECT_EQ(tile_of(kGrid, arrow.cell), tile_of(kGrid, primitive.cells.front().cell));
     }
   }
 }
 
 TEST(Dictionary, ActivenessForbidsPrimitivesOfOppositeSignThatCancel) {
   // Two routes that part: without the channel one could be coded as the other minus a piece.
-  const Grid grid{0.4, Vector2::Zero(), 8};
-  const std::vector<GridVector> vectors = vectors_of(testing::corner_walks(30, 8), grid);
-  const Dictionary dictionary = learn_dictionary(vectors, grid, 6.0, 10.0, {});
+  const std::vector<GridVector> vectors = vectors_of_walks(30, 8);
+  const Dictionary dictionary = learn_dictionary(vectors, kGrid, 6.0, 10.0, {});
   for (std::size_t i = 0; i < vectors.size(); ++i) {
     std::map<CellKey, std::pair<double, Vector2>>
         cells;  // sum of lengths, sum of vectors, in cells the track never visits
@@ -145,11 +144,12 @@ TEST(Dictionary, ActivenessForbidsPrimitivesOfOppositeSignThatCancel) {
   }
 }
 
+GridVector in_widths(const Trajectory& track) {
+  return to_grid_vector(resample(track, testing::square_frame(2.5, CurbScaling::mean_width), {}), kGrid);
+}
+
 TEST(GridVector, FindsEveryCrossedCellAndUnitHeadings) {
-  const Grid grid{0.4, Vector2::Zero(), 8};
-  const Trajectory fast = testing::walk("a", {{0.5, 0.5}, {20.5, 0.5}}, 4.0, 0.5);
-  const GridVector vector =
-      to_grid_vector(resample(fast, testing::square_frame(2.5, CurbScaling::mean_width), {}), grid);
+  const GridVector vector = in_widths(testing::walk("a", {{0.5, 0.5}, {20.5, 0.5}}, 4.0, 0.5));  // fast
   ASSERT_GE(vector.path.size(), 20u);
   for (std::size_t c = 0; c < vector.path.size(); ++c) {
     EXPECT_EQ(vector.path[c].y, 0);
@@ -159,16 +159,10 @@ TEST(GridVector, FindsEveryCrossedCellAndUnitHeadings) {
 }
 
 TEST(GridVector, StandingPeopleHaveNoHeadingAndReversalsNoArrow) {
-  const Grid grid{0.4, Vector2::Zero(), 8};
   const Trajectory standing = testing::sampled(50, 0.1, [](int) { return Vector2(1.0, 1.0); });
-  EXPECT_TRUE(
-      to_grid_vector(resample(standing, testing::square_frame(2.5, CurbScaling::mean_width), {}), grid).path.empty());
-  const Trajectory back = testing::walk("r", {{0, 0.5}, {3.5, 0.5}, {0, 0.5}}, 1.2);
-  const GridVector vector =
-      to_grid_vector(resample(back, testing::square_frame(2.5, CurbScaling::mean_width), {}), grid);
-  bool inactive = false;
-  for (const Vector2& direction : vector.directions) inactive = inactive || direction.isZero();
-  EXPECT_TRUE(inactive);
+  EXPECT_TRUE(in_widths(standing).path.empty());
+  const GridVector back = in_widths(testing::walk("r", {{0, 0.5}, {3.5, 0.5}, {0, 0.5}}, 1.2));
+  EXPECT_TRUE(std::ranges::any_of(back.directions, [](const Vector2& direction) { return direction.isZero(); }));
 }
 
 }  // namespace
