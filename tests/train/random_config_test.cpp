@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <random>
 
 #include "sila/config.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/model_file.hpp"
 #include "sila/sim/simulate.hpp"
+#include "support/random_models.hpp"
 #include "support/sanitized.hpp"
 #include "support/sound.hpp"
 #include "support/walks.hpp"
@@ -18,18 +18,12 @@
 namespace sila {
 namespace {
 
-using Random = std::mt19937_64;
-
-double uniform(Random& random, double from = 0.0, double to = 1.0) {
-  return std::uniform_real_distribution<double>(from, to)(random);
-}
-
 /// An end of the range, or a number between them, uniform in its logarithm; infinite ends count as 1e6.
 double number_in(const Field& field, Random& random) {
   const double least = std::max(field.range.min, field.storable.min),
                most = std::min(field.range.max, field.storable.max);
   const double low = field.range.open_min || least == 0.0 ? 1e-4 : least, high = std::min(most, 1e6);
-  const double choice = uniform(random);
+  const double choice = uniform(random, 0.0, 1.0);
   if (choice < 0.1) return field.range.open_min ? low : least;
   if (choice < 0.2) return field.read().is_number_float() ? most : high;
   return std::exp(uniform(random, std::log(low), std::log(high)));
@@ -49,7 +43,7 @@ Config random_config(Random& random) {
   Config config;
   const double share = std::array{0.1, 0.5, 1.0}[random() % 3];
   for (const Field& field : collect_fields(config.episode))
-    if (uniform(random) < share) field.write(value_in(field, random));
+    if (uniform(random, 0.0, 1.0) < share) field.write(value_in(field, random));
   // Of no use with metres: otherwise a third of all would be rejected.
   if (config.episode.scaling == CurbScaling::metres && random() % 8 > 0) config.episode.reference_width_m = 0.0;
   return config;
