@@ -181,16 +181,24 @@ TEST(Evaluate, CountsEveryTrackAndBeatsConstantVelocityRoundACorner) {
   EXPECT_LT(turning.model.back().weighted_mhd_m, turning.constant.back().weighted_mhd_m);
 }
 
+std::vector<FramedTrajectory> people_who_stand(unsigned count) {
+  std::vector<FramedTrajectory> tracks;
+  for (unsigned i = 0; i < count; ++i) {
+    const double x = 2.0 + 0.1 * i;
+    FramedTrajectory standing{
+        testing::walk("s" + std::to_string(i), {{x, 1}, {x + 0.01, 1}}, 0.0008, 0.1, 0.02, 90 + i),
+        testing::square_frame()};
+    standing.track.recording = 100 + i;
+    tracks.push_back(std::move(standing));
+  }
+  return tracks;
+}
+
 TEST(Episode, PeopleWhoStandHaveADensityOfTheirOwn) {
   const Model before = run_episode({}, testing::corner_walks(40, 3), kConfig).model;
-  std::vector<FramedTrajectory> standing;
-  for (unsigned i = 0; i < 10; ++i) {
-    const double x = 2.0 + 0.1 * i;
-    standing.push_back({testing::walk("s" + std::to_string(i), {{x, 1}, {x + 0.01, 1}}, 0.0008, 0.1, 0.02, 90 + i),
-                        testing::square_frame()});
-  }
   const Densities first = before.refinement.error_statistics[0].density;
-  const Densities second = run_episode(before, standing, kConfig).model.refinement.error_statistics[0].density;
+  const Densities second =
+      run_episode(before, people_who_stand(10), kConfig).model.refinement.error_statistics[0].density;
   EXPECT_GT(first[kWalking].scale.weight, 0.0);
   EXPECT_LE(second[kWalking].scale.weight, first[kWalking].scale.weight);  // fades, and no window is added
   EXPECT_GT(second[kStanding].scale.weight, first[kStanding].scale.weight + 20.0);
@@ -276,21 +284,8 @@ TEST(ErrorStatistics, ScoresUnderAnUnknownDensityCountLess) {
   EXPECT_NEAR(scores, seen.density[kWalking].scale.weight * known / 500.0, 1e-9);
 }
 
-std::vector<FramedTrajectory> people_who_stand() {
-  std::vector<FramedTrajectory> tracks;
-  for (unsigned i = 0; i < 60; ++i) {
-    const double x = 2.0 + 0.1 * i;
-    FramedTrajectory standing{
-        testing::walk("s" + std::to_string(i), {{x, 1}, {x + 0.01, 1}}, 0.0008, 0.1, 0.02, 90 + i),
-        testing::square_frame()};
-    standing.track.recording = 100 + i;
-    tracks.push_back(std::move(standing));
-  }
-  return tracks;
-}
-
 TEST(ErrorStatistics, ScoresOfStandingPeopleCountWhereNobodyWalks) {
-  const ErrorStatistics seen = testing::learnt(people_who_stand()).refinement.error_statistics[0];
+  const ErrorStatistics seen = testing::learnt(people_who_stand(60)).refinement.error_statistics[0];
   ASSERT_LT(seen.density[kWalking].scale.weight, 10.0);
   EXPECT_GT(std::accumulate(seen.scores[0].begin(), seen.scores[0].end(), 0.0), 20.0);
 }
@@ -335,7 +330,7 @@ TEST(Evaluate, WindowsCutShortHaveEquallyManyStates) {
 
 TEST(Evaluate, PeopleWhoStandErrNoMoreThanTheBetterReference) {
   std::vector<FramedTrajectory> tracks = testing::corner_walks(60, 21);
-  std::ranges::move(people_who_stand(), std::back_inserter(tracks));
+  std::ranges::move(people_who_stand(60), std::back_inserter(tracks));
   const Split split = split_tracks(std::move(tracks), 0.25, 5, SplitBy::track);
   const Model model = testing::learnt(split.train);
   const GroupScore standing = evaluate(model, split.test, kConfig, {}).groups[2];
