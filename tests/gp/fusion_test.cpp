@@ -114,11 +114,7 @@ TEST(Transfer, ToTheSameBasisAddsExactly) {
   Generator make(1);
   const SparseGp gp = fit_sparse_gp(make.data(2, 60, 2), make.hyperparameters(2));
   const SparseGp into = prior_gp(gp.kernel, gp.noise_variance, gp.pseudo_inputs, gp.mean, gp.jitter);
-  const SparseGp moved = transfer(gp, into);
-  EXPECT_EQ(moved.information, gp.information);
-  EXPECT_EQ(moved.response, gp.response);
-  EXPECT_EQ(moved.mean_response, gp.mean_response);
-  EXPECT_EQ(moved.points, gp.points);
+  EXPECT_TRUE(transfer(gp, into) == gp);
 }
 
 /// Counts every data point `factor` times: the statistics are sums over points.
@@ -171,14 +167,8 @@ TEST(FuseGps, WithAnEmptyGpChangesNothing) {
     const SparseGp gp = fit_sparse_gp(make.data(2, 60, 2), make.hyperparameters(2));
     const Hyperparameters other = make.hyperparameters(2);
     const SparseGp empty = prior_gp(other.kernel, other.noise_variance, make.points(2, 4), vector({3, 3}));
-    for (const SparseGp& fused : {fuse({&gp, &empty}, nothing()), fuse({&empty, &gp}, nothing())}) {
-      EXPECT_EQ(fused.information, gp.information);
-      EXPECT_EQ(fused.response, gp.response);
-      EXPECT_EQ(fused.pseudo_inputs, gp.pseudo_inputs);
-      EXPECT_EQ(fused.mean, gp.mean);
-      EXPECT_TRUE(fused.kernel == gp.kernel);
-      EXPECT_EQ(fused.points, gp.points);
-    }
+    EXPECT_TRUE(fuse({&gp, &empty}, nothing()) == gp);
+    EXPECT_TRUE(fuse({&empty, &gp}, nothing()) == gp);
   });
 }
 
