@@ -1,6 +1,5 @@
 #include <Eigen/Cholesky>
 #include <cmath>
-#include <utility>
 #include <vector>
 
 #include "core/concatenate.hpp"

@@ -1,6 +1,5 @@
 #include "faulty_vfs.hpp"
 
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <map>

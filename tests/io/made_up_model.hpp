@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
-#include <string>
 
 #include "sila/io/model_file.hpp"
 #include "sila/model/increment.hpp"

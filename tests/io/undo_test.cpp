@@ -1,7 +1,6 @@
 // Taking episodes back: the model, its configuration and its records are again what they were, byte for byte.
 #include <gtest/gtest.h>
 
-#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "made_up_model.hpp"

@@ -1,6 +1,5 @@
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 
 #include "sila/evaluate/evaluate.hpp"
