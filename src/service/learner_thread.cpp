@@ -118,15 +118,13 @@ OnlineCalibration LearnerThread::calibration() const {
 }
 
 void LearnerThread::add(std::vector<FramedTrajectory> tracks, OnlineCalibration calibration) {
-  {
-    const std::lock_guard lock(mutex_);
-    calibration_ = std::move(calibration);
-    for (FramedTrajectory& track : tracks) waiting_.push_back(std::move(track));
-    const auto most = static_cast<std::size_t>(service_.batch) + static_cast<std::size_t>(service_.max_waiting_tracks);
-    for (; waiting_.size() > most; waiting_.pop_front()) {
-      ++status_.discarded_tracks;
-      if (overflow_ == Overflow::none) overflow_ = Overflow::unreported;
-    }
+  const std::lock_guard lock(mutex_);
+  calibration_ = std::move(calibration);
+  for (FramedTrajectory& track : tracks) waiting_.push_back(std::move(track));
+  const auto most = static_cast<std::size_t>(service_.batch) + static_cast<std::size_t>(service_.max_waiting_tracks);
+  for (; waiting_.size() > most; waiting_.pop_front()) {
+    ++status_.discarded_tracks;
+    if (overflow_ == Overflow::none) overflow_ = Overflow::unreported;
   }
   changed_.notify_all();
 }

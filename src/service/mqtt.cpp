@@ -156,10 +156,8 @@ void MqttConnection::send(std::string line, bool droppable) {
 }
 
 void MqttConnection::close() {
-  {
-    const std::lock_guard lock(mutex_);
-    stopping_ = true;
-  }
+  const std::lock_guard lock(mutex_);
+  stopping_ = true;
   changed_.notify_all();
 }
 

@@ -37,20 +37,16 @@ void StandardIo::start() {
 }
 
 void StandardIo::send(std::string line, bool droppable) {
-  {
-    const std::lock_guard lock(mutex_);
-    if (!droppable) announce_first(line, "standard input", "standard output");
-    registry_.slow_reader_dropped += queue_.push(std::move(line), droppable);
-  }
+  const std::lock_guard lock(mutex_);
+  if (!droppable) announce_first(line, "standard input", "standard output");
+  registry_.slow_reader_dropped += queue_.push(std::move(line), droppable);
   changed_.notify_all();
 }
 
 void StandardIo::close() {
   stopping_ = true;
-  {
-    const std::lock_guard lock(mutex_);
-    closing_ = true;
-  }
+  const std::lock_guard lock(mutex_);
+  closing_ = true;
   changed_.notify_all();
 }
 
