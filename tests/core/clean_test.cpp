@@ -178,9 +178,7 @@ TEST(Clean, DropsLabelsThatAreNotPedestriansUnlessToldOtherwise) {
   }
   EXPECT_EQ(ids_of(clean_one(rows)), std::vector<std::string>{"2"});
   EXPECT_EQ(rows_of(clean_one(rows).report, DropReason::other_label), 3U);
-  CleanConfig all;
-  all.pedestrians_only = false;
-  EXPECT_EQ(clean_one(rows, all).trajectories.size(), 2U);
+  EXPECT_EQ(clean_one(rows, {.pedestrians_only = false}).trajectories.size(), 2U);
 }
 
 TEST(Clean, DropsSingleSamplesAndKeepsStandingTracksButCountsThem) {
@@ -211,9 +209,7 @@ TEST(Clean, MakesIdsUniqueAcrossSourcesAndTracklets) {
 }
 
 TEST(Clean, RejectsAConfigurationOutOfRange) {
-  CleanConfig config;
-  config.max_gap_s = 0.0;
-  EXPECT_THROW(clean({}, config), std::invalid_argument);
+  EXPECT_THROW(clean({}, {.max_gap_s = 0.0}), std::invalid_argument);
 }
 
 TEST(Clean, AddsTheReadersDropsToItsOwn) {

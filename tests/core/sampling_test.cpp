@@ -64,9 +64,7 @@ struct Smoothed {
 };
 
 Smoothed smoothed(const Trajectory& track, double interval_s, double from_s, double until_s) {
-  SamplingConfig config;
-  config.interval_s = interval_s;
-  const CurbTrajectory states = resample(track, square_frame(), config);
+  const CurbTrajectory states = resample(track, square_frame(), {.interval_s = interval_s});
   Smoothed part;
   for (std::size_t i = 0; i < states.times_s.size(); ++i) {
     if (states.times_s[i] < from_s || states.times_s[i] >= until_s) continue;

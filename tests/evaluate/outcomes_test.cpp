@@ -11,10 +11,7 @@ namespace sila {
 namespace {
 
 TEST(Evaluate, OutcomesOfSimulatedPeopleAreCalibrated) {
-  SimulationConfig simulation_config;
-  simulation_config.tracks = 300;
-  simulation_config.seed = 11;
-  const Simulation simulation = simulate(simulation_config);
+  const Simulation simulation = simulate({.tracks = 300, .seed = 11});
   const EpisodeConfig config;
   const CurbFrame frame = rescaled(primary_corner(simulation.scene).frame, config.scaling);
   const Split split = split_tracks(testing::framed(simulation.tracks, frame), 0.3, 7, SplitBy::track);

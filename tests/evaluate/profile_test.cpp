@@ -13,11 +13,7 @@ namespace sila {
 namespace {
 
 Split simulated_split(CurbScaling scaling) {
-  SimulationConfig config;
-  config.tracks = 160;
-  config.seed = 4;
-  config.occlusions_per_min = 0.0;
-  const Simulation simulation = simulate(config);
+  const Simulation simulation = simulate({.tracks = 160, .seed = 4, .occlusions_per_min = 0.0});
   const CurbFrame frame = rescaled(primary_corner(simulation.scene).frame, scaling);
   return split_tracks(testing::framed(simulation.tracks, frame), 0.25, 7, SplitBy::track);
 }

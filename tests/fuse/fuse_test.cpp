@@ -127,9 +127,7 @@ TEST(Fuse, LooksUpAllSimilaritiesThatThePlanNeeds) {
         complete.similarities.push_back({static_cast<int>(a), static_cast<int>(b), similarity(all[a], all[b])});
       }
     }
-    FusionRules rules;
-    rules.split_credit = true;
-    EXPECT_TRUE(differences(to_case_json(plan_fusion(complete, rules)), fused.plan).empty());
+    EXPECT_TRUE(differences(to_case_json(plan_fusion(complete, {.split_credit = true})), fused.plan).empty());
   });
 }
 

@@ -181,8 +181,7 @@ TEST(FuseGps, DoesNotDependOnTheOrderOfTheParts) {
         parts.push_back(fit_sparse_gp(make.data(2, 30, 2), seed % 2 == 0 ? theta : make.hyperparameters(2)));
       }
       const GpData data = seed % 3 == 0 ? nothing() : make.data(2, 25, 2);
-      GpConfig config;
-      config.fusion = way;
+      const GpConfig config{.fusion = way};
       const SparseGp forward = fuse({&parts[0], &parts[1], &parts[2]}, data, config);
       const SparseGp backward = fuse({&parts[2], &parts[0], &parts[1]}, data, config);
       EXPECT_TRUE(forward.pseudo_inputs.isApprox(backward.pseudo_inputs, 1e-12));
@@ -226,8 +225,7 @@ TEST(FuseGps, WithDataOnOldGroundIsExactlyConditioning) {
   const Hyperparameters theta{{1.0, vector({2.0, 2.0})}, 0.05};
   const SparseGp old = fit_sparse_gp(make.data(2, 300, 2), theta);
   const GpData data = make.data_at(make.points(2, 40, 4.0), 2);
-  GpConfig config;
-  const SparseGp fused = fuse({&old}, data, config);
+  const SparseGp fused = fuse({&old}, data);
   EXPECT_EQ(fused.pseudo_inputs, old.pseudo_inputs);
   expect_same_predictions(
       fused,
@@ -258,8 +256,7 @@ TEST(FuseGps, OfPartsWithOnePointIsTheirMean) {
 TEST(FuseGps, AGpWithNearlyAllPointsKeepsItsPseudoInputs) {
   Generator make(3);
   const Hyperparameters theta{{0.8, vector({0.7, 0.7})}, 0.04};
-  GpConfig config;
-  config.max_pseudo_inputs = config.max_fused_pseudo_inputs = 12;
+  GpConfig config{.max_pseudo_inputs = 12, .max_fused_pseudo_inputs = 12};
   const SparseGp much = fit_sparse_gp(make.data_at(make.points(2, 95, 3.0), 2), theta, config);
   const SparseGp little = fit_sparse_gp(make.data_at(make.points(2, 5, 3.0), 2), theta, config);
   ASSERT_EQ(much.pseudo_inputs.cols(), 12);
@@ -276,8 +273,7 @@ TEST(FuseGps, AGpWithNearlyAllPointsKeepsItsPseudoInputs) {
 TEST(FuseGps, EpisodeAfterEpisodeStaysCloseToOneFitOfAllData) {
   for_seeds(4, [](Generator& make, unsigned) {
     const Hyperparameters theta{{0.8, vector({1.5, 1.5})}, 0.04};
-    GpConfig config;
-    config.max_pseudo_inputs = config.max_fused_pseudo_inputs = 40;
+    const GpConfig config{.max_pseudo_inputs = 40, .max_fused_pseudo_inputs = 40};
     GpData all = nothing();
     SparseGp episodes = fit_sparse_gp(all, theta, config);
     SparseGp pseudo_data = episodes;

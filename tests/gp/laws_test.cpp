@@ -106,9 +106,7 @@ TEST(Posterior, MatchesTheTextbook) {
 
 /// Of these tables half is left out: with as much, less and more seen than there are pseudo-inputs.
 TEST(Posterior, MatchesTheTextbookWithManyPseudoInputs) {
-  GpConfig config;
-  config.max_pseudo_inputs = 90;
-  config.selection_stop = 0.0;
+  const GpConfig config{.max_pseudo_inputs = 90, .selection_stop = 0.0};
   for (const Eigen::Index seen : {50, 70, 90, 400}) {
     SCOPED_TRACE("points " + std::to_string(seen));
     Generator make(static_cast<unsigned>(seen));
@@ -147,9 +145,7 @@ TEST(Posterior, StaysValidWithAHundredMillionTimesThePoints) {
 TEST(Posterior, MatchesTheTextbookWithMorePseudoInputsThanTheStackHolds) {
   Generator make(3);
   const Hyperparameters theta{{1.0, vector({0.4, 0.4})}, 0.1};
-  GpConfig config;
-  config.max_pseudo_inputs = 300;
-  config.selection_stop = 0.0;
+  const GpConfig config{.max_pseudo_inputs = 300, .selection_stop = 0.0};
   const SparseGp gp = fit_sparse_gp(make.data(2, 400, 2), theta, config);
   ASSERT_GT(gp.pseudo_inputs.cols(), static_cast<Eigen::Index>(Posterior::max_stack_pseudo_inputs));
   for (int i = 0; i < 40; ++i) {
@@ -303,10 +299,8 @@ TEST(CallersMistakes, AreNamed) {
   broken = gp;
   broken.mean_response.resize(1);
   EXPECT_EQ(message_of([&] { validate(broken); }), "sparse_gp: mean_response is 1 x 1, must be 2 x 1");
-  GpConfig config;
-  config.selection_stop = 2.0;
   EXPECT_EQ(message_of([&] {
-              fit_sparse_gp(example_data(), {unit_kernel(), 0.1}, config);
+              fit_sparse_gp(example_data(), {unit_kernel(), 0.1}, {.selection_stop = 2.0});
             }),
             "gp: selection_stop = 2 is outside [0, 1]");
 }

@@ -159,8 +159,7 @@ TEST(Fit, OptimisationImprovesTheLikelihoodInsideTheBox) {
 
 TEST(Fit, RespectsTheNoiseFloorOnNoiselessData) {
   Generator make(7);
-  GpConfig config;
-  config.pseudo_inputs = PseudoInputChoice::optimised;
+  const GpConfig config{.pseudo_inputs = PseudoInputChoice::optimised};
   const GpData data = make.data_at(make.points(2, 60), 2, 0.0);
   const SparseGp gp = fit_sparse_gp(data, {{1.0, vector({2, 2})}, 0.1}, config);
   EXPECT_GE(gp.noise_variance, config.min_noise_variance * (1 - 1e-12));
@@ -170,8 +169,7 @@ TEST(Fit, RespectsTheNoiseFloorOnNoiselessData) {
 
 TEST(Fit, KeepsThetaWhenPointsAreFew) {
   Generator make(2);
-  GpConfig config;
-  config.pseudo_inputs = PseudoInputChoice::optimised;
+  const GpConfig config{.pseudo_inputs = PseudoInputChoice::optimised};
   const Hyperparameters start = make.hyperparameters(2);
   const GpData data = make.data(2, 29, 2);
   const SparseGp gp = fit_sparse_gp(data, start, config);
@@ -180,8 +178,7 @@ TEST(Fit, KeepsThetaWhenPointsAreFew) {
 }
 
 TEST(Fit, SurvivesDataOnALineAndCopies) {
-  GpConfig config;
-  config.pseudo_inputs = PseudoInputChoice::optimised;
+  const GpConfig config{.pseudo_inputs = PseudoInputChoice::optimised};
   Generator make(4);
   Eigen::MatrixXd line = make.points(2, 50);
   line.row(1).setConstant(2.0);
@@ -199,9 +196,7 @@ TEST(Fit, SurvivesDataOnALineAndCopies) {
 TEST(Fit, FallsBackToZeroFarFromItsDataIfAsked) {
   const GpData one{Eigen::MatrixXd::Zero(2, 1), Eigen::MatrixXd::Constant(1, 2, 3.0)};
   const Hyperparameters theta{{1.0, Eigen::VectorXd::Ones(2)}, 0.1};
-  GpConfig zero;
-  zero.constant_mean = ConstantMean::zero;
-  const Posterior posterior(fit_sparse_gp(one, theta, zero));
+  const Posterior posterior(fit_sparse_gp(one, theta, {.constant_mean = ConstantMean::zero}));
   EXPECT_NEAR(predict(posterior, Eigen::VectorXd::Zero(2)).mean(0), 3.0 / 1.1, 1e-4);  // shrunk by the noise
   EXPECT_NEAR(predict(posterior, Eigen::VectorXd::Constant(2, 50.0)).mean(0), 0.0, 1e-12);
   EXPECT_NEAR(predict(Posterior(fit_sparse_gp(one, theta)), Eigen::VectorXd::Constant(2, 50.0)).mean(0), 3.0, 1e-12);

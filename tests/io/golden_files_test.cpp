@@ -30,9 +30,7 @@ EpisodeConfig small_config() {
 }
 
 std::vector<FramedTrajectory> simulated_tracks() {
-  SimulationConfig config;
-  config.tracks = 8;
-  const Simulation simulation = simulate(config);
+  const Simulation simulation = simulate({.tracks = 8});
   return testing::framed(simulation.tracks, primary_corner(simulation.scene).frame);
 }
 

@@ -197,18 +197,13 @@ TEST(Privacy, WhatWasRolledBackIsNotLeftInUnusedPages) {
 }
 
 TEST(Privacy, AModelOfSimulatedPeopleHoldsNoneOfTheirCoordinates) {
-  SimulationConfig config;
-  config.tracks = 80;
   const CurbFrame frame = make_curb_frame({3.1, 2.7}, {1, 0.02}, {-0.03, 1}, 2.3);
-  expect_no_track_in_the_model(testing::framed(simulate(config).tracks, frame), 20);
+  expect_no_track_in_the_model(testing::framed(simulate({.tracks = 80}).tracks, frame), 20);
 }
 
 TEST(Privacy, AModelOfOnePersonAtATimeHoldsNoneOfTheirCoordinates) {
-  SimulationConfig config;
-  config.tracks = 12;
-  config.seed = 5;
   const CurbFrame frame = make_curb_frame({3.1, 2.7}, {1, 0}, {0, 1}, 2.3);
-  expect_no_track_in_the_model(testing::framed(simulate(config).tracks, frame), 1);
+  expect_no_track_in_the_model(testing::framed(simulate({.tracks = 12, .seed = 5}).tracks, frame), 1);
 }
 
 TEST(Privacy, ModelsOfRecordedPeopleHoldNoneOfTheirCoordinates) {

@@ -45,11 +45,8 @@ TEST(GenericCsv, KeepsASeparatorInsideQuotes) {
 }
 
 TEST(GenericCsv, TakesTheClassesThatAreNamedInAnyCase) {
-  const ScratchFolder folder;
-  ReadOptions options;
-  options.person_classes = {"Cyclist"};
-  const auto path = folder.write("t.csv", "track_id,t,x,y,label\n1,0,1,2,Cyclist\n2,0,1,2,CYCLIST\n3,0,1,2,person\n");
-  const auto rows = read_detections(path, options).detections.rows;
+  const std::string text = "track_id,t,x,y,label\n1,0,1,2,Cyclist\n2,0,1,2,CYCLIST\n3,0,1,2,person\n";
+  const auto rows = read_text("t.csv", text, {.person_classes = {"Cyclist"}}).detections.rows;
   ASSERT_EQ(rows.size(), 3U);
   EXPECT_EQ(rows[0].label, "person");
   EXPECT_EQ(rows[1].label, "person");
@@ -57,18 +54,16 @@ TEST(GenericCsv, TakesTheClassesThatAreNamedInAnyCase) {
 }
 
 TEST(GenericCsv, TurnsFramesIntoSecondsByTheRateOrTheInterval) {
-  const ScratchFolder folder;
-  const auto path = folder.write("a.csv", "track_id,frame,x,y\n1,5,0,0\n1,10,1,0\n1,15,2,0\n1,25,3,0\n");
-  EXPECT_DOUBLE_EQ(read_detections(path, {.frames_per_second = 25.0}).detections.rows[1].t_s, 0.4);
-  EXPECT_DOUBLE_EQ(read_detections(path, {.sample_interval_s = 0.5}).detections.rows[1].t_s, 1.0);
-  const auto error = tests::format_error_of([&] { read_detections(path); });
+  const std::string text = "track_id,frame,x,y\n1,5,0,0\n1,10,1,0\n1,15,2,0\n1,25,3,0\n";
+  EXPECT_DOUBLE_EQ(read_text("a.csv", text, {.frames_per_second = 25.0}).detections.rows[1].t_s, 0.4);
+  EXPECT_DOUBLE_EQ(read_text("a.csv", text, {.sample_interval_s = 0.5}).detections.rows[1].t_s, 1.0);
+  const auto error = tests::format_error_of([&] { read_text("a.csv", text); });
   EXPECT_TRUE(says(error.expected, "frames_per_second"));
 }
 
 TEST(GenericCsv, WarnsOfColumnsThatAreNotUsed) {
   const auto warning = [&](const std::string& header, const std::string& row) {
-    ReadOptions options{.frames_per_second = 10.0};
-    const auto& warnings = read_text("t.csv", header + row, options).detections.warnings;
+    const auto warnings = read_text("t.csv", header + row, {.frames_per_second = 10.0}).detections.warnings;
     return warnings.empty() ? std::string() : warnings.front();
   };
   EXPECT_EQ(warning("frame,personId,x,y,type\n", "1,7,2,3,car\n"), "");
@@ -87,15 +82,13 @@ TEST(GenericCsv, BoxesWithoutATrackAreCounted) {
 }
 
 TEST(GenericCsv, PrefersTimeStampsToFrames) {
-  const ScratchFolder folder;
-  const auto path = folder.write("a.csv", "track_id,frame,t,x,y\n1,50,0.7,0,0\n");
-  EXPECT_DOUBLE_EQ(read_detections(path, {.frames_per_second = 25.0}).detections.rows[0].t_s, 0.7);
+  const auto file = read_text("a.csv", "track_id,frame,t,x,y\n1,50,0.7,0,0\n", {.frames_per_second = 25.0});
+  EXPECT_DOUBLE_EQ(file.detections.rows[0].t_s, 0.7);
 }
 
 TEST(GenericCsv, ScalesToMetres) {
-  const ScratchFolder folder;
-  const auto path = folder.write("a.csv", "track_id,t,x,y\n1,0,100,200\n");
-  expect_row(read_detections(path, {.metres_per_unit = 0.05}).detections.rows[0], "1", 0.0, 5.0, 10.0);
+  const auto file = read_text("a.csv", "track_id,t,x,y\n1,0,100,200\n", {.metres_per_unit = 0.05});
+  expect_row(file.detections.rows[0], "1", 0.0, 5.0, 10.0);
 }
 
 TEST(GenericCsv, CountsBadRowsByReasonWithTheFirstLine) {
@@ -139,10 +132,8 @@ TEST(GenericCsv, IsReadTheSameInALocaleWithDecimalCommas) {
 }
 
 TEST(Obsmat, TakesTheThirdAndFifthColumnAndFindsTheFrameStep) {
-  const ScratchFolder folder;
-  const auto path = folder.write(
+  const auto file = read_text(
       "obsmat.txt", "  7.800e+02 1.000e+00 8.5 0.0 3.5 1.6 0.0 0.1\r\n  7.860e+02 1.0 9.0 0.0 3.75 1.6 0.0 0.3\n");
-  const auto file = read_detections(path);
   EXPECT_EQ(file.format, TrackFormat::obsmat);
   expect_row(file.detections.rows[0], "1", 52.0, 8.5, 3.5);
   expect_row(file.detections.rows[1], "1", 52.4, 9.0, 3.75);
@@ -270,10 +261,9 @@ TEST(Juelich, ReadsTheRateAndTheUnitFromTheComments) {
 }
 
 TEST(Juelich, NeedsAFrameRate) {
-  const ScratchFolder folder;
-  const auto path = folder.write("a.txt", "1 8 3.5 -0.5 1.7\n");
-  EXPECT_TRUE(says(tests::format_error_of([&] { read_detections(path); }).expected, "frame rate"));
-  EXPECT_DOUBLE_EQ(read_detections(path, {.frames_per_second = 16.0}).detections.rows[0].t_s, 0.5);
+  const std::string text = "1 8 3.5 -0.5 1.7\n";
+  EXPECT_TRUE(says(tests::format_error_of([&] { read_text("a.txt", text); }).expected, "frame rate"));
+  EXPECT_DOUBLE_EQ(read_text("a.txt", text, {.frames_per_second = 16.0}).detections.rows[0].t_s, 0.5);
 }
 
 TEST(ReadDetections, ReadsGzippedFilesAsThePlainOnes) {
@@ -286,11 +276,10 @@ TEST(ReadDetections, ReadsGzippedFilesAsThePlainOnes) {
 }
 
 TEST(ReadDetections, ObeysAForcedFormat) {
-  const ScratchFolder folder;
-  const auto path = folder.write("a.txt", "1 16 3.5 -0.5\n");
-  const auto file = read_detections(path, {.format = TrackFormat::juelich, .frames_per_second = 16.0});
+  const std::string text = "1 16 3.5 -0.5\n";
+  const auto file = read_text("a.txt", text, {.format = TrackFormat::juelich, .frames_per_second = 16.0});
   expect_row(file.detections.rows[0], "1", 1.0, 3.5, -0.5);
-  const auto error = tests::format_error_of([&] { read_detections(path, {.format = TrackFormat::dut}); });
+  const auto error = tests::format_error_of([&] { read_text("a.txt", text, {.format = TrackFormat::dut}); });
   EXPECT_TRUE(says(error.expected, "x_est"));
   EXPECT_EQ(error.line, 1U);
 }
@@ -305,11 +294,10 @@ TEST(ReadDetections, KnowsEveryFormatByItsName) {
 }
 
 TEST(ReadDetections, RejectsOptionsThatAreNotPositive) {
-  const ScratchFolder folder;
-  const auto path = folder.write("a.csv", "track_id,t,x,y\n1,0,1,2\n");
-  EXPECT_THROW(read_detections(path, {.frames_per_second = 0.0}), std::invalid_argument);
-  EXPECT_THROW(read_detections(path, {.sample_interval_s = -0.4}), std::invalid_argument);
-  EXPECT_THROW(read_detections(path, {.metres_per_unit = std::nan("")}), std::invalid_argument);
+  const std::string text = "track_id,t,x,y\n1,0,1,2\n";
+  EXPECT_THROW(read_text("a.csv", text, {.frames_per_second = 0.0}), std::invalid_argument);
+  EXPECT_THROW(read_text("a.csv", text, {.sample_interval_s = -0.4}), std::invalid_argument);
+  EXPECT_THROW(read_text("a.csv", text, {.metres_per_unit = std::nan("")}), std::invalid_argument);
 }
 
 struct BadFile {

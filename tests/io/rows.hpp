@@ -35,9 +35,7 @@ inline constexpr const char* kCamera =
     R"({"image_points": [[0, 1000], [1000, 1000], [400, 500], [600, 500]], "ground_points": [[0, 0], [10, 0], [0, 20], [10, 20]]})";
 
 inline ReadOptions at_rate(double frames_per_second) {
-  ReadOptions options;
-  options.frames_per_second = frames_per_second;
-  return options;
+  return {.frames_per_second = frames_per_second};
 }
 
 }  // namespace sila::tests

@@ -24,9 +24,7 @@ TEST(ColumnsWithoutAHeader, BeginWithSecondsIfTheFirstNumbersAreNotWhole) {
   std::string frames;  // one of many is damaged
   for (int k = 0; k < 20; ++k) frames += std::to_string(10 * k) + (k == 11 ? ".5" : "") + " 7 1 2\n";
   EXPECT_EQ(read("t.txt", frames).rows.at(1).t_s, 0.4);
-  ReadOptions forced;
-  forced.format = TrackFormat::frame_id_x_y;
-  EXPECT_EQ(read("t.txt", "0.0 7 1 2\n0.1 7 1.5 2\n", forced).rows.at(1).t_s, 0.1);
+  EXPECT_EQ(read("t.txt", "0.0 7 1 2\n0.1 7 1.5 2\n", {.format = TrackFormat::frame_id_x_y}).rows.at(1).t_s, 0.1);
   expect_row(read("t.txt", "780.0 7 1 2\n790.0 7 1.5 2\n").rows[0], "7", 31.2, 1.0, 2.0);
 }
 
@@ -34,9 +32,7 @@ TEST(ColumnsWithoutAHeader, AreNotTakenByPositionIfALineOfUnknownNamesIsThere) {
   const std::string text = "f,who,a,b,c,d,e\n1,7,2,3,4,5,1\n2,7,2,3,4,5,1\n";
   const auto error = format_error_of([&] { read("t.csv", text, at_rate(10.0)); });
   EXPECT_TRUE(says(error.expected, "known names in the header line"));
-  ReadOptions options = at_rate(10.0);
-  options.format = TrackFormat::mot;
-  EXPECT_EQ(read("t.csv", text, options).rows.size(), 2U);
+  EXPECT_EQ(read("t.csv", text, {.format = TrackFormat::mot, .frames_per_second = 10.0}).rows.size(), 2U);
 }
 
 TEST(ColumnNames, OfMotChallengeAreThoseOfBoxes) {
@@ -47,8 +43,7 @@ TEST(ColumnNames, OfMotChallengeAreThoseOfBoxes) {
             "person");
   expect_row(read("t.csv", header + "5,7,100,50,40,120,1,-1,-1,-1\n", at_rate(10.0)).rows.at(0), "7", 0.5, 120.0,
              170.0);
-  ReadOptions forced = at_rate(10.0);
-  forced.format = TrackFormat::mot;
+  const ReadOptions forced{.format = TrackFormat::mot, .frames_per_second = 10.0};
   EXPECT_EQ(read("t.csv", header + "5,7,100,50,40,120,1,-1,-1,-1\n", forced).rows.at(0).track, "7");
   const std::string flags = "frame,id,bb_left,bb_top,bb_width,bb_height,conf,class,visibility\n";
   EXPECT_EQ(rows_of(read("t.csv", flags + "5,7,0,0,4,2,0,1,1\n5,8,0,0,4,2,1,1,1\n", at_rate(10.0)), DropReason::lost),
@@ -88,8 +83,7 @@ TEST(TrackIds, AreUtf8) {
 }
 
 TEST(Classes, ThatAreAskedForNeedAColumn) {
-  ReadOptions options;
-  options.person_classes = {"pedestrian"};
+  const ReadOptions options{.person_classes = {"pedestrian"}};
   const auto warnings = read("t.csv", "id,t,x,y\n7,0,1,2\n", options).warnings;
   ASSERT_EQ(warnings.size(), 1U);
   EXPECT_TRUE(says(warnings[0], "no column of classes"));
@@ -105,9 +99,7 @@ TEST(Classes, OfLinesMayBeNumbers) {
   EXPECT_EQ(label_of(R"("label": "person", "class": "car")"), "person");
   const std::string text = R"({"t": 0, "id": 7, "x": 1, "y": 2, "class": 2})";
   EXPECT_EQ(read("t.ndjson", text).rows.at(0).label, "2");
-  ReadOptions options;
-  options.person_classes = {"2"};
-  EXPECT_EQ(read("t.ndjson", text, options).rows.at(0).label, "person");
+  EXPECT_EQ(read("t.ndjson", text, {.person_classes = {"2"}}).rows.at(0).label, "person");
 }
 
 TEST(JsonArrays, MayLackTheIdOfTheirFirstObject) {

@@ -40,20 +40,16 @@ TEST(MotChallenge, GivesTheFootOfEachBox) {
 }
 
 TEST(MotChallenge, KeepsThePedestriansOfAGroundTruthThatCount) {
-  const ScratchFolder folder;
-  const auto path = folder.write("gt.txt",
-                                 "1,1,0,0,10,20,1,1,0.8\n1,2,0,0,10,20,1,3,1\n1,3,0,0,10,20,0,1,1\n"
-                                 "1,4,0,0,10,20\n");
-  const auto file = read_detections(path, at_rate(30.0));
+  const std::string text = "1,1,0,0,10,20,1,1,0.8\n1,2,0,0,10,20,1,3,1\n1,3,0,0,10,20,0,1,1\n1,4,0,0,10,20\n";
+  const auto file = read_text("gt.txt", text, at_rate(30.0));
   ASSERT_EQ(file.detections.rows.size(), 2U);
   EXPECT_EQ(file.detections.rows[0].label, "person");
   EXPECT_EQ(file.detections.rows[1].label, "3");
   EXPECT_EQ(rows_of(file.detections, DropReason::lost), 1U);
   EXPECT_EQ(rows_of(file.detections, DropReason::missing_cells), 1U);
-  ReadOptions cars = at_rate(30.0);
-  cars.person_classes = {"3"};
-  EXPECT_EQ(read_detections(path, cars).detections.rows[1].label, "person");
-  EXPECT_NE(read_detections(path, cars).detections.rows[0].label, "person");
+  const ReadOptions cars{.frames_per_second = 30.0, .person_classes = {"3"}};
+  EXPECT_EQ(read_text("gt.txt", text, cars).detections.rows[1].label, "person");
+  EXPECT_NE(read_text("gt.txt", text, cars).detections.rows[0].label, "person");
 }
 
 TEST(MotChallenge, NeedsAFrameRateAndAKnownNumberOfColumns) {
@@ -111,9 +107,7 @@ TEST(JsonArrays, ThatAreDamagedOrNoTracksAreRefused) {
     const auto error = format_error_of([&] { read_text("bad.json", text); });
     EXPECT_TRUE(says(error.what(), "bad.json")) << text;
   }
-  ReadOptions forced;
-  forced.format = TrackFormat::ndjson;
-  EXPECT_THROW(read_text("t.json", "[" + row + "]", forced), FormatError);
+  EXPECT_THROW(read_text("t.json", "[" + row + "]", {.format = TrackFormat::ndjson}), FormatError);
 }
 
 TEST(TrackersInJson, ThatAreNestedTooDeeplyAreCountedAsNoJson) {
@@ -153,8 +147,7 @@ TEST(DeepStream, GivesTheBoxesOfAFolderWithAFileForEachFrame) {
   folder.write("run/00_000_000001.txt", "");
   folder.write("run/00_000_000002.txt",
                "car 9 0.0 0 0.0 0 0 10 10" + unknown + "person 7 0.0 0 0.0 110 50 150 170" + unknown + "person 7\n");
-  ReadOptions options;
-  options.frames_per_second = 25.0;
+  const ReadOptions options = at_rate(25.0);
   const auto file = read_detections(folder.path() / "run", options);
   EXPECT_EQ(file.format, TrackFormat::kitti);
   EXPECT_TRUE(file.pixels);
@@ -256,15 +249,14 @@ TEST(FrigateEvents, GiveTheFootOfTheBoxAfterEachChange) {
 }
 
 TEST(FrigateEvents, OfTwoCamerasAreWarnedOf) {
-  const ScratchFolder folder;
   const std::string yard = in_one_line(kFrigateEvent);
   std::string side = yard;
   side.replace(side.find("yard"), 4, "side");
-  const auto path = folder.write("events.jsonl", yard + "\n" + side + "\n");
-  const auto file = read_detections(path);
+  const std::string text = yard + "\n" + side + "\n";
+  const auto file = read_text("events.jsonl", text);
   ASSERT_EQ(file.detections.warnings.size(), 2U);  // the other one is of pixels
   EXPECT_TRUE(says(file.detections.warnings[1], "2 cameras"));
-  const auto one = read_detections(path, {.frigate_camera = "side"});
+  const auto one = read_text("events.jsonl", text, {.frigate_camera = "side"});
   EXPECT_EQ(one.detections.warnings.size(), 1U);
   EXPECT_EQ(one.detections.rows.size(), 1U);
   EXPECT_EQ(rows_of(one.detections, DropReason::other_camera), 1U);

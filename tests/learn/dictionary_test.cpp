@@ -81,10 +81,8 @@ TEST(Dictionary, NeverRaisesItsObjectiveAndKeepsEveryPrimitiveInItsSet) {
   for (unsigned seed : {1u, 2u, 3u}) {
     for (CutRule cut : {CutRule::aligned, CutRule::first_unexplained}) {
       SCOPED_TRACE("seed " + std::to_string(seed));
-      DictionaryConfig config;
-      config.cut = cut;
       const std::vector<GridVector> vectors = vectors_of_walks(20, seed);
-      const Dictionary dictionary = learn_dictionary(vectors, kGrid, 6.0, 10.0, config);
+      const Dictionary dictionary = learn_dictionary(vectors, kGrid, 6.0, 10.0, {.cut = cut});
       EXPECT_GE(dictionary.primitives.size(), 3u);
       for (std::size_t i = 1; i < dictionary.objective.size(); ++i) {
         EXPECT_LE(dictionary.objective[i], dictionary.objective[i - 1] + 1e-9) << "step " << i;
@@ -102,10 +100,8 @@ TEST(Dictionary, NeverRaisesItsObjectiveAndKeepsEveryPrimitiveInItsSet) {
 
 TEST(Dictionary, SupportMasksKeepPrimitivesLocalAndSharedBetweenRoutes) {
   const std::vector<GridVector> vectors = vectors_of_walks(20, 4);
-  DictionaryConfig masked, free;
-  free.support_mask = false;
-  const Dictionary local = learn_dictionary(vectors, kGrid, 6.0, 10.0, masked);
-  const Dictionary global = learn_dictionary(vectors, kGrid, 6.0, 10.0, free);
+  const Dictionary local = learn_dictionary(vectors, kGrid, 6.0, 10.0, {});
+  const Dictionary global = learn_dictionary(vectors, kGrid, 6.0, 10.0, {.support_mask = false});
   const auto uses = [](const Dictionary& dictionary) {
     double sum = 0.0;
     for (const auto& code : dictionary.codes) sum += static_cast<double>(code.size());

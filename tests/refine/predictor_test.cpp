@@ -269,8 +269,7 @@ TEST(Predictor, RejectsNumbersThatAreNotFinite) {
 }
 
 TEST(Predictor, RefusesATrackSampledOtherwiseOrInOtherUnitsAndAHorizonThatIsNotPositive) {
-  SamplingConfig coarse;
-  coarse.interval_s = 0.4;
+  const SamplingConfig coarse{.interval_s = 0.4};
   CurbFrame in_widths = testing::square_frame();
   in_widths.unit_m = Vector2::Constant(2.5);
   for (const auto& [sampling, frame] : {std::pair{coarse, testing::square_frame()}, {kConfig.sampling, in_widths}}) {

@@ -16,12 +16,6 @@
 namespace sila {
 namespace {
 
-PruneConfig expiring_nothing() {
-  PruneConfig config;
-  config.expire_count = 0.0;
-  return config;
-}
-
 /// What a few batches leave, as last seen in whatever episode.
 Model grown_model(Random& random, int batches = 4) {
   Model model;
@@ -57,8 +51,7 @@ Model model_of(const std::vector<Transition>& transitions, int episodes = 1) {
 TEST(Prune, DisabledChangesNothing) {
   for_seeds(10, [](Random& random) {
     const Model model = grown_model(random);
-    PruneConfig off;
-    off.enabled = false;
+    const PruneConfig off{.enabled = false};
     EXPECT_TRUE(identical(prune(model, off).model, model));
     EXPECT_EQ(prune(model, off).kept.size(), model.primitives.size());
   });
@@ -68,7 +61,7 @@ TEST(Prune, NeverGrowsAModelAndConservesCountsAndPoints) {
   int subsumed = 0;
   for_seeds(20, [&](Random& random) {
     const Model model = grown_model(random);
-    const PruneResult small = prune(model, expiring_nothing());
+    const PruneResult small = prune(model, {.expire_count = 0.0});
     check(small.model);
     EXPECT_EQ(small.model.transitions.size() + static_cast<std::size_t>(small.report.subsumed),
               model.transitions.size());

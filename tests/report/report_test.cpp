@@ -76,8 +76,7 @@ TEST(Report, TheWorstCanBePlayedAndEachPersonIsThereOnce) {
 
 TEST(Report, FitsItsLimit) {
   const ReportInput input = made_up();
-  ReportLimits limits;
-  limits.bytes_with_predictor = 0;
+  ReportLimits limits{.bytes_with_predictor = 0};
   limits.most_bytes = report_data(input, limits).dump().size() / 2;
   nlohmann::ordered_json small = report_data(input, limits);
   small.erase("predictor");
@@ -91,9 +90,7 @@ TEST(Report, HasWhatPredictsOnThePageIfItFits) {
   EXPECT_EQ(data.at("predictor").at("wasm"),
             tests::content_of(std::string(SILA_TESTS_DIR) + "/../viewer/dist/predictor.wasm.base64"));
   EXPECT_GT(data.at("predictor").at("model").get<std::string>().size(), 1000u);
-  ReportLimits limits;
-  limits.bytes_with_predictor = data.dump().size() - 100;
-  const nlohmann::ordered_json small = report_data(input, limits);
+  const nlohmann::ordered_json small = report_data(input, {.bytes_with_predictor = data.dump().size() - 100});
   EXPECT_FALSE(small.at("predictor").contains("model"));
   EXPECT_GT(small.at("predictor").at("bytes"), small.at("predictor").at("most_bytes"));
   EXPECT_FALSE(report_data(empty).contains("predictor"));

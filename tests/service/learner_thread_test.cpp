@@ -23,12 +23,6 @@ namespace {
 
 using testing::corner_walks;
 
-ServiceConfig small_batches(int batch) {
-  ServiceConfig config;
-  config.batch = batch;
-  return config;
-}
-
 /// Returns when the tracks are learnt.
 void learn(LearnerThread& learner, const std::vector<FramedTrajectory>& tracks) {
   learner.add(tracks, {});
@@ -54,7 +48,7 @@ TEST(LearnerThread, LearnsTheEpisodesOfTheSameBatches) {
   const EpisodeConfig config;
   std::vector<int> committed;
   OnlineCalibration stored;
-  LearnerThread learner(Model{}, {}, config, small_batches(10),
+  LearnerThread learner(Model{}, {}, config, {.batch = 10},
                         {[&](const Model& previous, const Episode& episode, const OnlineCalibration& calibration) {
                            EXPECT_EQ(episode.model.episodes, previous.episodes + 1);
                            committed.push_back(episode.model.episodes);
@@ -78,7 +72,7 @@ TEST(LearnerThread, LearnsTheEpisodesOfTheSameBatches) {
 TEST(LearnerThread, StatesTheLearningCurveThatTheFileGives) {
   const tests::ScratchFolder folder;
   ModelFile file = ModelFile::open_or_create(folder / "m.sila");
-  LearnerThread learner(Model{}, {}, EpisodeConfig{}, small_batches(10), storage_in(file, {}, {}, [](const auto&) {}));
+  LearnerThread learner(Model{}, {}, EpisodeConfig{}, {.batch = 10}, storage_in(file, {}, {}, [](const auto&) {}));
   EXPECT_EQ(learner.status().learning_curve, "");
   learn(learner, corner_walks(70, 5));
   const sila::StoredModel stored = file.read();
@@ -89,7 +83,7 @@ TEST(LearnerThread, StatesTheLearningCurveThatTheFileGives) {
 }
 
 TEST(LearnerThread, WithoutStorageKeepsTheModelInMemory) {
-  LearnerThread learner(Model{}, {}, EpisodeConfig{}, small_batches(10), {});
+  LearnerThread learner(Model{}, {}, EpisodeConfig{}, {.batch = 10}, {});
   learn(learner, corner_walks(10, 5));
   EXPECT_EQ(learner.status().last_error, "");
   EXPECT_EQ(learner.snapshot()->model.tracks, 10);
@@ -99,7 +93,7 @@ TEST(LearnerThread, MakesTheFrameOfAModelWithoutASceneFromItsFirstBatch) {
   std::vector<FramedTrajectory> tracks = corner_walks(20, 5);
   for (FramedTrajectory& entry : tracks)
     entry.frame = live_frame({}, {}, entry.track, CornerChoice::primary, CurbScaling::metres);
-  LearnerThread learner = started(small_batches(10), [](const Episode&) {});
+  LearnerThread learner = started({.batch = 10}, [](const Episode&) {});
   learn(learner, tracks);
   const auto snapshot = learner.snapshot();
   const Model& model = snapshot->model;
@@ -112,7 +106,7 @@ TEST(LearnerThread, MakesTheFrameOfAModelWithoutASceneFromItsFirstBatch) {
 TEST(LearnerThread, KeepsTheModelWhenAnEpisodeCannotBeStored) {
   int calls = 0;
   std::string message;
-  LearnerThread learner(Model{}, {}, EpisodeConfig{}, small_batches(10),
+  LearnerThread learner(Model{}, {}, EpisodeConfig{}, {.batch = 10},
                         {.commit =
                              [&](const Model&, const Episode&, const OnlineCalibration&) {
                                if (++calls == 1) throw std::runtime_error("the disk is full");
@@ -131,7 +125,7 @@ TEST(LearnerThread, KeepsTheModelWhenAnEpisodeCannotBeStored) {
 
 TEST(LearnerThread, StoresNoEpisodeOfAKnownBatch) {
   int calls = 0;
-  LearnerThread learner = started(small_batches(10), [&](const Episode&) { ++calls; });
+  LearnerThread learner = started({.batch = 10}, [&](const Episode&) { ++calls; });
   for (int i = 0; i < 2; ++i) learn(learner, corner_walks(10, 1));
   EXPECT_EQ(calls, 1);
   EXPECT_EQ(learner.snapshot()->model.episodes, 1);
@@ -165,7 +159,7 @@ struct StoredModel {
 TEST(LearnerThread, ReloadsAModelThatAnotherProcessReplaced) {
   StoredModel stored;
   LearnerThread learner = started(
-      small_batches(10), [&](const Episode& episode) { stored.commit(episode); }, [&] { return stored.reload(); });
+      {.batch = 10}, [&](const Episode& episode) { stored.commit(episode); }, [&] { return stored.reload(); });
   learn(learner, corner_walks(10, 1));
   ASSERT_EQ(learner.snapshot()->model.episodes, 1);
   stored.replace(Model{});  // rolled back
@@ -178,10 +172,10 @@ TEST(LearnerThread, TakesNoModelThatContradictsItsConfiguration) {
   Model other;
   other.episodes = 1;
   other.settings.sample_interval_s = 0.1;
-  EXPECT_THROW(LearnerThread(other, {}, EpisodeConfig{}, small_batches(10), {}), std::invalid_argument);
+  EXPECT_THROW(LearnerThread(other, {}, EpisodeConfig{}, {.batch = 10}, {}), std::invalid_argument);
   const tests::ScratchFolder folder;
   ModelFile file = ModelFile::open_or_create(folder / "m.sila");
-  LearnerThread learner(Model{}, {}, EpisodeConfig{}, small_batches(10), storage_in(file, {}, {}, [](const auto&) {}));
+  LearnerThread learner(Model{}, {}, EpisodeConfig{}, {.batch = 10}, storage_in(file, {}, {}, [](const auto&) {}));
   sila::StoredModel stored;
   stored.model = other;
   save_model(folder / "m.sila", stored);
@@ -198,7 +192,7 @@ TEST(LearnerThread, LearnsAgainWhenAnotherProcessReplacedTheModel) {
   StoredModel stored;
   bool first = true;
   LearnerThread learner = started(
-      small_batches(10),
+      {.batch = 10},
       [&](const Episode& episode) {
         if (std::exchange(first, false))  // between learning and storing
           stored.replace(run_episode(Model{}, corner_walks(10, 2), EpisodeConfig{}).model);
@@ -215,7 +209,7 @@ TEST(LearnerThread, LearnsAgainWhenAnotherProcessReplacedTheModel) {
 
 TEST(LearnerThread, GoesOnWhenTheStoredModelCannotBeRead) {
   LearnerThread learner = started(
-      small_batches(10), [](const Episode&) {},
+      {.batch = 10}, [](const Episode&) {},
       []() -> std::optional<Model> { throw std::runtime_error("the file is damaged"); });
   learn(learner, corner_walks(10, 1));
   EXPECT_EQ(learner.status().last_error, "the file is damaged");
@@ -223,8 +217,7 @@ TEST(LearnerThread, GoesOnWhenTheStoredModelCannotBeRead) {
 }
 
 TEST(LearnerThread, DiscardsTheOldestTracksWhenTooManyWait) {
-  ServiceConfig config = small_batches(20);
-  config.max_waiting_tracks = 10;
+  const ServiceConfig config{.batch = 20, .max_waiting_tracks = 10};
   std::atomic<bool> learns = false, released = false;
   std::atomic<int> warnings = 0;
   const auto hold = [&](const Model&, const Episode&, const OnlineCalibration&) {
@@ -247,7 +240,7 @@ TEST(LearnerThread, DiscardsTheOldestTracksWhenTooManyWait) {
 TEST(LearnerThread, EndsWithoutLearningAPartialBatch) {
   int calls = 0;
   {
-    LearnerThread learner = started(small_batches(20), [&](const Episode&) { ++calls; });
+    LearnerThread learner = started({.batch = 20}, [&](const Episode&) { ++calls; });
     learner.add(corner_walks(5, 1), {});
   }
   EXPECT_EQ(calls, 0);

@@ -239,9 +239,7 @@ TEST_F(Mqtt, TracksThatWaitAreLearntWhenTheServiceStops) {
 TEST_F(Mqtt, MessagesThatAreNoDetectionsAreCountedAndReported) {
   broker.start();
   Listener listener(broker);
-  ServiceConfig config;
-  config.max_line_bytes = 200;
-  Running service(config, broker.options());
+  Running service({.max_line_bytes = 200}, broker.options());
   ASSERT_TRUE(says(service, ": connected"));
   for (const std::string& bad : {std::string("{"), std::string("\xff\xfe\xfd"), std::string("[1]"), std::string("{}"),
                                  std::string(R"({"after": {}})"), std::string(5000, '['), std::string("\n\n")})

@@ -56,8 +56,7 @@ TEST(Drift, IsUnknownForAFewPedestrians) {
 }
 
 TEST(RecentScores, KeepsTheLastPedestrians) {
-  ServiceConfig config;
-  config.scored_pedestrians = 20;
+  const ServiceConfig config{.scored_pedestrians = 20};
   RecentScores scores;
   for (int i = 0; i < 100; ++i) add(scores, moving_pedestrian(i), config);
   add(scores, PedestrianScore{}, config);

@@ -110,9 +110,7 @@ TEST(Server, AnswersAClientThatHasClosedItsSendingSide) {
 }
 
 TEST(Server, ReportsRejectedLines) {
-  ServiceConfig config;
-  config.max_line_bytes = 100;
-  Running service(config);
+  Running service(ServiceConfig{.max_line_bytes = 100});
   Client client(service.server->tcp_port());
   client.send("nonsense");
   client.send(std::string(5000, 'x'));
@@ -127,9 +125,7 @@ TEST(Server, ReportsRejectedLines) {
 }
 
 TEST(Server, AFastClientDoesNotSlowDownOthers) {
-  ServiceConfig config;
-  config.max_rate_hz = 50.0;
-  Running service(config);
+  Running service(ServiceConfig{.max_rate_hz = 50.0});
   Client fast(service.server->tcp_port()), calm(service.server->tcp_port());
   // Together below min_observe_s, so that no prediction comes whichever of them are accepted.
   for (int k = 0; k < 500; ++k) fast.send(Detection{"a", 0.0005 * k, {0.0, 0.0}});
@@ -153,10 +149,7 @@ std::string leaps(int first, int count) {
 }
 
 TEST(Server, AClientThatSendsLittleIsAnsweredBesideAFlood) {
-  ServiceConfig config;
-  config.max_queued_lines = 500;
-  config.max_rate_hz = 1e6;
-  Running service(config);
+  Running service(ServiceConfig{.max_rate_hz = 1e6, .max_queued_lines = 500});
   Client greedy(service.server->tcp_port()), calm(service.server->tcp_port());
   std::atomic<bool> enough = false;
   std::thread flood([&] {
@@ -176,9 +169,7 @@ TEST(Server, AClientThatSendsLittleIsAnsweredBesideAFlood) {
 }
 
 TEST(Server, RejectsConnectionsBeyondTheLimit) {
-  ServiceConfig config;
-  config.max_connections = 2;
-  Running service(config);
+  Running service(ServiceConfig{.max_connections = 2});
   Client first(service.server->tcp_port()), second(service.server->tcp_port()), third(service.server->tcp_port());
   EXPECT_EQ((*third.receive())["rejected"], "too_many_connections");
   EXPECT_FALSE(third.receive());
@@ -205,10 +196,8 @@ TEST(Server, RejectsClientsWithoutTheToken) {
 TEST(Server, ClosesConnectionsThatSendNoTokenInTime) {
   ServerOptions options;
   options.token = "secret";
-  ServiceConfig config;
-  config.max_connections = 2;
   options.token_timeout = std::chrono::milliseconds(300);
-  Running service(config, options);
+  Running service({.max_connections = 2}, options);
   Client friendly(service.server->tcp_port());
   friendly.send(R"({"token": "secret"})");
   Client silent(service.server->tcp_port());
@@ -304,9 +293,7 @@ TEST(Server, WebSocketsCarryLinesAndThePage) {
 }
 
 TEST(Server, LearnsWhilePredictingAndTheRestAtItsEnd) {
-  ServiceConfig config;
-  config.batch = 10;
-  Running service(config);
+  Running service(ServiceConfig{.batch = 10});
   std::vector<Trajectory> tracks = testing::paths_of(corner_walks(25, 3));
   CleanTracks clean;
   for (Trajectory& track : tracks) clean.trajectories.push_back(std::move(track));

@@ -13,11 +13,7 @@ namespace sila {
 namespace {
 
 Simulation simulated(Layout layout, int seed) {
-  SimulationConfig config;
-  config.layout = layout;
-  config.seed = static_cast<std::uint64_t>(seed);
-  config.tracks = 150;
-  return simulate(config);
+  return simulate({.layout = layout, .tracks = 150, .seed = static_cast<std::uint64_t>(seed)});
 }
 
 double degrees_between(const Vector2& a, const Vector2& b) {

@@ -8,9 +8,7 @@ namespace sila {
 namespace {
 
 IntersectionScene scene_of(Layout layout) {
-  SimulationConfig config;
-  config.layout = layout;
-  return simulated_scene(config);
+  return simulated_scene({.layout = layout});
 }
 
 double cross(const Vector2& a, const Vector2& b) {

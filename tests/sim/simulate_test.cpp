@@ -17,11 +17,7 @@ namespace {
 constexpr Layout kLayouts[] = {Layout::four_way, Layout::t_junction, Layout::acute, Layout::obtuse};
 
 SimulationConfig config_of(Layout layout, int tracks = 400, std::uint64_t seed = 7) {
-  SimulationConfig config;
-  config.layout = layout;
-  config.tracks = tracks;
-  config.seed = seed;
-  return config;
+  return {.layout = layout, .tracks = tracks, .seed = seed};
 }
 
 std::uint64_t fingerprint(const Simulation& simulation) {
@@ -352,12 +348,8 @@ TEST(Simulation, SamplesAtTheIntervalOfTheTracker) {
 }
 
 TEST(Simulation, RejectsValuesOutOfRangeByName) {
-  SimulationConfig config;
-  config.tracks = 0;
-  EXPECT_TRUE(says(message_of([&] { simulate(config); }), "simulate: tracks = 0 is outside"));
-  config = {};
-  config.noise_std_m = std::nan("");
-  EXPECT_TRUE(says(message_of([&] { simulate(config); }), "noise_std_m"));
+  EXPECT_TRUE(says(message_of([] { simulate({.tracks = 0}); }), "simulate: tracks = 0 is outside"));
+  EXPECT_TRUE(says(message_of([] { simulate({.noise_std_m = std::nan("")}); }), "noise_std_m"));
 }
 
 }  // namespace

@@ -50,11 +50,7 @@ Config random_config(Random& random) {
 }
 
 std::vector<FramedTrajectory> simulated_tracks(Random& random, CurbScaling scaling, int count) {
-  SimulationConfig config;
-  config.tracks = count;
-  config.seed = random() % 1000;
-  config.sample_interval_s = 0.2;
-  const Simulation simulation = simulate(config);
+  const Simulation simulation = simulate({.tracks = count, .seed = random() % 1000, .sample_interval_s = 0.2});
   const CurbFrame& corner = primary_corner(simulation.scene).frame;
   const CurbFrame frame = rescaled(make_curb_frame(corner.origin_m, corner.axis_1, corner.axis_2, 2.5), scaling);
   return testing::framed(simulation.tracks, frame);

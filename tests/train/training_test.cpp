@@ -63,8 +63,7 @@ TEST(Episode, ReportsThePrequentialErrorThatEvaluateFinds) {
   const auto batch = std::span(tracks).subspan(40);
   const Model before = testing::learnt(std::span(tracks).first(40));
   const PrequentialError error = run_episode(before, batch, kConfig).report.prequential;
-  EvaluateConfig as_often;
-  as_often.stride_s = kConfig.error_statistics.stride_s;
+  const EvaluateConfig as_often{.stride_s = kConfig.error_statistics.stride_s};
   const GroupScore moving = evaluate(before, batch, kConfig, as_often).groups[1];
   ASSERT_EQ(moving.name, "moving");
   ASSERT_GT(moving.windows, 20u);
@@ -264,10 +263,8 @@ TEST(Evaluate, ScoresWhenPeopleStart) {
 TEST(Evaluate, ShowsTheModelLessOfTheSameWindows) {
   const std::vector<FramedTrajectory> tracks = testing::corner_walks(80, 3);
   const Model model = testing::learnt(std::span(tracks).first(60));
-  EvaluateConfig shorter;
-  shorter.observed_s = 0.4;
   const Evaluation whole = evaluate(model, std::span(tracks).subspan(60), kConfig, {});
-  const Evaluation recent = evaluate(model, std::span(tracks).subspan(60), kConfig, shorter);
+  const Evaluation recent = evaluate(model, std::span(tracks).subspan(60), kConfig, {.observed_s = 0.4});
   ASSERT_EQ(whole.windows.size(), recent.windows.size());
   for (std::size_t i = 0; i < whole.windows.size(); ++i) EXPECT_EQ(whole.windows[i].t0_s, recent.windows[i].t0_s);
   EXPECT_GT(recent.groups[0].model.back().ade_m, whole.groups[0].model.back().ade_m);
