@@ -149,6 +149,8 @@ def test_other_mistakes_are_one_sentence(tmp_path, capsys):
     (tmp_path / "gone.py").write_text(METHOD_FILES["gone.py"])
     (tmp_path / "list.json").write_text("[]")
     gone = written(tmp_path, methods=["gone.py:Gone"])
+    assert run([str(gone), "--out", str(gone)]) == 1
+    assert capsys.readouterr().err == f"sila: {gone}: expected a folder for the results (--out), found a file\n"
     for arguments, words in (
         ([tmp_path / "list.json"], "the experiment to be an object, found []"),
         ([gone, "--threads", "-1"], "--threads: expected at least 0, found -1"),

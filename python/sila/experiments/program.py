@@ -9,7 +9,7 @@ from pathlib import Path
 
 from .. import _sila
 from .._config import assignments
-from ..errors import UsageError, failed
+from ..errors import FormatError, UsageError, failed
 from .experiment import Overrides
 from .read import SPLITS, read_experiment
 from .runner import run_experiment
@@ -24,6 +24,8 @@ def run(arguments: list[str]) -> int:
             raise UsageError(f"--workers: expected at least 1, found {options.workers}")
         if options.threads < 0:
             raise UsageError(f"--threads: expected at least 0, found {options.threads}")
+        if Path(options.out).is_file():
+            raise FormatError(options.out, 0, "a folder for the results (--out)", "a file")
         _sila.limit_threads(options.threads)
         config = assignments(options.config, options.set)
         whole = json.loads(_sila.config_from_file(options.file))
