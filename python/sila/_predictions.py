@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -36,10 +36,7 @@ class Predictions(Items[Prediction]):
     def to_frame(self) -> pandas.DataFrame:
         """One row a mode and time: track_id, t0, fallback, novelty, mode, weight, variant, t, x, y, cov_xx, cov_xy,
         cov_yy."""
-        import pandas
-
-        frames = [frame_of(prediction) for prediction in self]
-        return pandas.concat(frames, ignore_index=True) if frames else pandas.DataFrame(columns=_TYPES).astype(_TYPES)
+        return frame_of(*self)
 
     def to_ndjson(self, path: str | os.PathLike[str] | None = None, *, digits: int = 3) -> str:
         """The lines that `sila predict --digits` writes, 17: every number in full; also to a file if one is named."""
@@ -49,31 +46,33 @@ class Predictions(Items[Prediction]):
         return text
 
 
-#: Of the columns without a row, so that they can be joined with others.
-_TYPES = dict.fromkeys("track_id t0 fallback novelty mode weight variant t x y cov_xx cov_xy cov_yy".split(), "float64")
-_TYPES |= {"track_id": "string", "fallback": "bool", "mode": "int64", "variant": "string"}
-
-
-def frame_of(prediction: Prediction) -> pandas.DataFrame:
-    """A prediction as a data frame, one row a mode and time; seconds after t0, metres, world frame."""
+def frame_of(*predictions: Prediction) -> pandas.DataFrame:
+    """Predictions as a data frame, one row a mode and time; seconds after t0, metres, world frame."""
     import pandas
 
-    paths, covariances = prediction.paths_m, prediction.covariances_m2
-    modes, steps = paths.shape[:2]
+    modes = [(prediction, number, mode) for prediction in predictions for number, mode in enumerate(prediction.modes)]
+    steps = np.array([len(prediction.times_s) for prediction, _, _ in modes], dtype=int)
+
+    def repeated(kind: type, values: Iterable[Any]) -> Any:
+        return np.repeat(np.array([*values], dtype=kind), steps)
+
+    t = np.concatenate([np.empty(0), *(prediction.times_s for prediction, _, _ in modes)])
+    xy = np.concatenate([np.empty((0, 2)), *(mode.path_m for _, _, mode in modes)])
+    covariances = np.concatenate([np.empty((0, 2, 2)), *(mode.covariances_m2 for _, _, mode in modes)])
     return pandas.DataFrame(
         {
-            "track_id": prediction.track,
-            "t0": prediction.t0_s,
-            "fallback": prediction.fallback,
-            "novelty": prediction.novelty,
-            "mode": np.repeat(np.arange(modes), steps),
-            "weight": np.repeat(prediction.weights, steps),
-            "variant": np.repeat([mode.variant for mode in prediction.modes], steps),
-            "t": np.tile(prediction.times_s, modes),
-            "x": paths[..., 0].ravel(),
-            "y": paths[..., 1].ravel(),
-            "cov_xx": covariances[..., 0, 0].ravel(),
-            "cov_xy": covariances[..., 0, 1].ravel(),
-            "cov_yy": covariances[..., 1, 1].ravel(),
+            "track_id": repeated(str, (prediction.track for prediction, _, _ in modes)),
+            "t0": repeated(float, (prediction.t0_s for prediction, _, _ in modes)),
+            "fallback": repeated(bool, (prediction.fallback for prediction, _, _ in modes)),
+            "novelty": repeated(float, (prediction.novelty for prediction, _, _ in modes)),
+            "mode": repeated(int, (number for _, number, _ in modes)),
+            "weight": repeated(float, (mode.weight for _, _, mode in modes)),
+            "variant": repeated(str, (mode.variant for _, _, mode in modes)),
+            "t": t,
+            "x": xy[:, 0],
+            "y": xy[:, 1],
+            "cov_xx": covariances[:, 0, 0],
+            "cov_xy": covariances[:, 0, 1],
+            "cov_yy": covariances[:, 1, 1],
         }
     )
