@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pickle
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -85,8 +85,8 @@ class Method:
 
     def fit(self, tracks: FramedTracks) -> None:
         """Learns all tracks, in batches."""
-        for first in range(0, len(tracks), self.batch):
-            self.partial_fit(tracks.take(list(range(first, min(first + self.batch, len(tracks))))))
+        for batch in batches_of([tracks], self.batch):
+            self.partial_fit(batch)
 
     def partial_fit(self, tracks: FramedTracks) -> None:
         """Learns one more batch."""
@@ -99,6 +99,13 @@ class Method:
     def windows(self, tracks: FramedTracks, stride_s: float) -> WindowSet:
         """Windows of tracks with their whole future, as they are scored."""
         return tracks.windows(self.config, stride_s)
+
+
+def batches_of(training: Sequence[FramedTracks], batch: int) -> Iterator[FramedTracks]:
+    """Batches that are of one scene each."""
+    for tracks in training:
+        for first in range(0, len(tracks), batch):
+            yield tracks.take(range(first, min(first + batch, len(tracks))))
 
 
 def stored_bytes(value: Any) -> int:

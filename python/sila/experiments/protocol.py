@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from .. import _sila
 from .._sila import FramedTracks, TrainingSupport
 from .experiment import Experiment, ExperimentScene, Settings
+from .method import batches_of
 
 
 @dataclass(frozen=True)
@@ -79,7 +80,7 @@ def split_scene(
         else:
             learnt, held_back = tracks.split_people(test, seed, split)
             wanted = len(learnt) if settings.train_tracks == 0 else min(train, len(learnt))
-            sides = learnt.take(list(range(wanted))), held_back
+            sides = learnt.take(range(wanted)), held_back
     except ValueError as error:
         raise ValueError(f"{of_scene}, {error}") from None
     least = 1 if settings.take_fewer else max(1, settings.train_tracks)
@@ -149,13 +150,6 @@ def first_tracks(training: Sequence[FramedTracks], count: int) -> list[FramedTra
     """The first `count` tracks, scene after scene."""
     first = []
     for tracks in training:
-        first.append(tracks.take(list(range(min(count, len(tracks))))))
+        first.append(tracks.take(range(min(count, len(tracks)))))
         count -= len(first[-1])
     return [tracks for tracks in first if len(tracks)] or first[:1]
-
-
-def batches_of(training: Sequence[FramedTracks], batch: int) -> Iterator[FramedTracks]:
-    """Batches that are of one scene each."""
-    for tracks in training:
-        for first in range(0, len(tracks), batch):
-            yield tracks.take(list(range(first, min(first + batch, len(tracks)))))

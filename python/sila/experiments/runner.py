@@ -24,10 +24,10 @@ from .curves import point_of
 from .experiment import Experiment, ExperimentMethod, Overrides
 from .markdown import build_hash, hash_of, kept_json, write_text
 from .measures import measures_of, modes_measures, modes_of, stepwise_measures
-from .method import Forecast, Method, checked
+from .method import Forecast, Method, batches_of, checked
 from .methods import source_of
 from .neighbours import inputs_of
-from .protocol import Protocol, Run, TestSite, batches_of, first_tracks, protocol_of, runs_of
+from .protocol import Protocol, Run, TestSite, first_tracks, protocol_of, runs_of
 from .read import read_experiment
 from .report import write_results
 from .scores import sums_of
