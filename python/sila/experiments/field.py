@@ -21,6 +21,7 @@ from .._sila import FramedTracks, Scene, person_of
 from ..errors import FormatError, UsageError
 from .field_measures import collides, mahalanobis_measures, path_measures
 from .field_report import LEARNT, MIXTURE_WINDOWS, SAMPLES, markdown
+from .gaussian_path import folds
 from .markdown import build_hash, hash_of, kept_json, write_text
 from .measures import modes_of, samples_of
 from .method import Array, Method, checked
@@ -38,7 +39,6 @@ CONFIG = {
         "mode_horizon_s": DRAWN * STEP_S,
     }
 }
-FOLDS = 5
 _KEYS = ["about", "kind", "scenes", "methods", "reference", "seed", "bootstraps", "config"]
 
 
@@ -100,24 +100,21 @@ def predicted(method: Method, scene: FieldScene, tracks: FramedTracks, chosen: A
         yield chosen[chunk], mean, samples_of(some, SAMPLES, random, as_paths=True)
 
 
-def taken(tracks: FramedTracks, learnt: Array) -> FramedTracks:
-    return tracks.take(np.flatnonzero(learnt).tolist())
+def taken(tracks: FramedTracks, chosen: Array) -> FramedTracks:
+    return tracks.take(np.flatnonzero(chosen).tolist())
 
 
 def learnt_parts(scenes: Sequence[FieldScene], index: int, learnt: str, seed: int) -> Iterator[tuple[Any, Any, Any]]:
     """(to learn from, held back, windows of the held back) of a scene; in place one a fold. A person is in one fold."""
     scene = scenes[index]
-    whole = np.arange(len(scene.track_ids))
     if learnt != "in_place":
         others = [(other.name, other.tracks) for i, other in enumerate(scenes) if i != index]
-        yield FramedTracks.joined(others), scene.tracks, whole
+        yield FramedTracks.joined(others), scene.tracks, np.arange(len(scene.track_ids))
         return
     person = np.unique([person_of(track) for track in scene.tracks.ids], return_inverse=True)[1]
-    fold = np.random.default_rng(seed).permutation(person.max() + 1)[person] % FOLDS
-    of_track = dict(zip(scene.tracks.ids, fold))
-    of_window = np.array([of_track[track] for track in scene.track_ids])
-    for k in range(FOLDS):
-        yield taken(scene.tracks, fold != k), taken(scene.tracks, fold == k), np.flatnonzero(of_window == k)
+    for rest, fold in folds(person, seed=seed):
+        held_back = taken(scene.tracks, fold)
+        yield taken(scene.tracks, rest), held_back, np.flatnonzero(np.isin(scene.track_ids, held_back.ids))
 
 
 def do_field(scenes: Sequence[FieldScene], index: int, entry: Mapping[str, Any], seed: int, export: Path) -> Any:

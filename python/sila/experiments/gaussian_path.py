@@ -85,9 +85,9 @@ def heading_features(past_m: Array) -> Array:
     return np.column_stack([np.ones(len(past_m)), seen.reshape(len(past_m), -1)])
 
 
-def folds(person: Array, count: int = FOLDS) -> Iterator[tuple[Array, Array]]:
+def folds(person: Array, count: int = FOLDS, seed: int = 0) -> Iterator[tuple[Array, Array]]:
     """(learnt, left out) as masks; a person is on one side."""
-    fold = np.random.default_rng(0).permutation(person.max() + 1)[person] % count
+    fold = np.random.default_rng(seed).permutation(person.max() + 1)[person] % count
     for k in range(count):
         yield fold != k, fold == k
 
