@@ -8,7 +8,7 @@ from typing import Any
 import pandas as pd
 
 from .experiment import Experiment, Settings
-from .markdown import decimals_of, marked_texts, number_text, table_text
+from .markdown import decimals_of, marked_texts, table_text
 from .tables import BY_NAME, MEAN, compare
 
 #: Of learning curves.
@@ -122,7 +122,7 @@ def _curve_lines(experiment: Experiment, place: str, means: pd.DataFrame, name: 
     means = means.reindex(columns=range(1, len(experiment.settings.tracks) + 2))
     reference = list(means.index).index(experiment.reference) if experiment.reference in means.index else 0
     columns = [list(means[point]) for point in means]
-    cells = [marked_texts([number_text(v, decimals_of(name)) for v in column], column, reference) for column in columns]
+    cells = [marked_texts(column, decimals_of(name), reference) for column in columns]
     return [(place, [method, *row]) for method, row in zip(means.index, zip(*cells))]
 
 

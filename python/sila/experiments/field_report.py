@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from .markdown import made_with, marked_texts, number_text, provenance, table_text
+from .markdown import made_with, marked_texts, provenance, table_text
 from .tables import bootstrap_pairs
 
 SAMPLES = 100
@@ -75,10 +75,7 @@ def _values(result: Mapping[str, Any]) -> dict[str, Any]:
 def _section(title: str, table: pd.DataFrame, reference: tuple[str, str], methods: Sequence[Any]) -> str:
     keys = list(table.index)
     at = keys.index(reference)
-    columns = []
-    for name, (_, decimals) in VALUES.items():
-        values = table[name].tolist()
-        columns.append(marked_texts([number_text(value, decimals) for value in values], values, at))
+    columns = [marked_texts(table[name].tolist(), decimals, at) for name, (_, decimals) in VALUES.items()]
     lines = [(method, [LEARNT[learnt], *row]) for (method, learnt), row in zip(keys, zip(*columns))]
     missing = [(f"{m['name']} (not run here)", ["–"] * (1 + len(VALUES))) for m in methods if m["cls"] is None]
     return f"## {title}\n\n{table_text('method', ['learnt', *(t for t, _ in VALUES.values())], [*lines, *missing])}"

@@ -33,8 +33,9 @@ def bold_text(text: str, bold: bool) -> str:
     return f"**{text}**" if bold else text
 
 
-def marked_texts(texts: Sequence[str], values: Sequence[float], reference: int, larger: bool = False) -> list[str]:
+def marked_texts(values: Sequence[float], decimals: int, reference: int, larger: bool = False) -> list[str]:
     """Bold where a value is better than the reference's as it is printed."""
+    texts = [number_text(value, decimals) for value in values]
     marked = []
     for text, value in zip(texts, values):
         better = value > values[reference] if larger else value < values[reference]

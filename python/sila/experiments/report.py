@@ -25,7 +25,7 @@ from .markdown import (
     table_text,
     write_text,
 )
-from .tables import ALL, BY_NAME, COLUMNS, POOLED, WITH_SPREAD, Comparison, compare, rows_of, summarise
+from .tables import ALL, BY_NAME, COLUMNS, POOLED, WITH_SPREAD, Column, Comparison, compare, rows_of, summarise
 
 SPLITS = {"time": "by blocks of time with an embargo", "track": "by track (companions are learnt from)"}
 MEASURES = {
@@ -185,18 +185,17 @@ def markdown(
     return "\n".join(text)
 
 
-def _cell(row: Any, name: str) -> str:
-    text = number_text(row[name, "mean"], BY_NAME[name].decimals)
-    if row[name, "count"] > 1 and name in WITH_SPREAD:
-        text += " ± " + number_text(row[name, "std"], BY_NAME[name].decimals)
-    return text
+def _cell(column: Column, mean: float, deviation: float) -> str:
+    with_spread = column.name in WITH_SPREAD and not np.isnan(deviation)
+    spread = f" ± {number_text(deviation, column.decimals)}" if with_spread else ""
+    return number_text(mean, column.decimals) + spread
 
 
 def _table(heading: str, first: str, rows: Sequence[tuple[str, Any]]) -> str:
     shown = [column for column in COLUMNS if column.title and any(row[column.name, "count"] > 0 for _, row in rows)]
     titles = [column.title for column in shown] + [title for _, title in POOLED]
     cells = [
-        (name, [_cell(row, c.name) for c in shown] + [number_text(row[p, "mean"], 3) for p, _ in POOLED])
+        (name, [_cell(c, *row[c.name][["mean", "std"]]) for c in shown] + [number_text(row[p, "mean"], 3) for p, _ in POOLED])
         for name, row in rows
     ]
     return f"{heading}\n\n{table_text(first, titles, cells)}"
@@ -222,13 +221,7 @@ def _means(summary: pd.DataFrame) -> str:
     lines = []
     for method in own.index.get_level_values("method").unique():
         rows = own.xs(method, level="method")
-        cells = []
-        for column in shown:
-            mean, deviation = _over_places(rows, column.name)
-            text = number_text(mean, column.decimals)
-            if column.name in WITH_SPREAD and not np.isnan(deviation):
-                text += " ± " + number_text(deviation, column.decimals)
-            cells.append(text)
+        cells = [_cell(column, *_over_places(rows, column.name)) for column in shown]
         lines.append((method, cells + [number_text(rows[p, "mean"].mean(), 3) for p, _ in POOLED]))
     titles = [column.title for column in shown] + [title for _, title in POOLED]
     return (
@@ -252,8 +245,7 @@ def _brief(experiment: Experiment, summary: pd.DataFrame) -> str:
         for split in splits:
             rows = own.loc[split]
             values = [_over_places(rows.xs(method, level="method"), name)[0] for method in methods]
-            texts = [number_text(value, decimals_of(name)) for value in values]
-            for row, text in zip(cells, marked_texts(texts, values, reference, name in LARGER_IS_BETTER)):
+            for row, text in zip(cells, marked_texts(values, decimals_of(name), reference, name in LARGER_IS_BETTER)):
                 row.append(text)
             titles.append(f"{title}, {split}" if len(splits) > 1 else title)
     here = {method: own.xs(method, level="method").index.get_level_values("place").nunique() for method in methods}
@@ -280,8 +272,7 @@ def _by_place(experiment: Experiment, summary: pd.DataFrame) -> str:
             for place in places:
                 rows = own.loc[place]
                 values = [rows.loc[m][name, "mean"] if m in rows.index else np.nan for m in methods]
-                texts = [number_text(value, decimals_of(name)) for value in values]
-                columns.append(marked_texts(texts, values, reference))
+                columns.append(marked_texts(values, decimals_of(name), reference))
             lines = list(zip(methods, (list(row) for row in zip(*columns))))
             found.append(f"## {title}, split by {split}\n\n{table_text('method', places, lines)}")
     return "# By place\n\nBold: better than the method that the others are compared with.\n\n" + "\n".join(found)
