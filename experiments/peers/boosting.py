@@ -2,7 +2,7 @@
 the horizon, between which the deviation from constant velocity is linear."""
 
 import numpy as np
-from sila.experiments.gaussian_path import GaussianPath, folds, heading_features
+from sila.experiments.gaussian_path import GaussianPath, between_knots, folds, heading_features, to_heading
 from sklearn.ensemble import HistGradientBoostingRegressor
 from threadpoolctl import threadpool_limits
 
@@ -20,9 +20,12 @@ class Boosting(GaussianPath):
         for learnt, other in folds(person, FOLDS):
             left_out[other] = self.predicted(self.fitted(inputs[learnt], targets[learnt]), inputs[other])
         models = self.fitted(inputs, targets)
-        return lambda past: between(self.predicted(models, self.features(past)), knots, steps), between(
-            left_out, knots, steps
-        )
+
+        def between(at_knots):  # linear from nothing at the start
+            from_start = np.pad(at_knots.reshape(len(at_knots), -1, 2), ((0, 0), (1, 0), (0, 0)))
+            return between_knots(from_start, np.r_[0, knots], steps)
+
+        return lambda past: between(self.predicted(models, self.features(past))), between(left_out)
 
     def fitted(self, inputs, targets):
         settings = {"max_iter": self.rounds, "learning_rate": self.learning_rate, "max_leaf_nodes": self.leaves}
@@ -33,15 +36,4 @@ class Boosting(GaussianPath):
         return np.column_stack([model.predict(inputs) for model in models])
 
     def features(self, past_m):
-        along = past_m[:, -1] - past_m[:, 0]
-        angle = np.arctan2(along[:, 1], along[:, 0])
-        return np.column_stack([heading_features(past_m)[:, 1:], past_m[:, -1], np.cos(angle), np.sin(angle)])
-
-
-def between(at_knots, knots, steps):
-    """(n, 2 knots) to (n, steps, 2), linear from nothing at the start."""
-    values = np.concatenate([np.zeros((len(at_knots), 1, 2)), at_knots.reshape(len(at_knots), -1, 2)], 1)
-    right = np.searchsorted(knots, np.arange(1, steps + 1)) + 1
-    edges = np.r_[0, knots]
-    share = (np.arange(1, steps + 1) - edges[right - 1]) / (edges[right] - edges[right - 1])
-    return values[:, right - 1] * (1 - share[:, None]) + values[:, right] * share[:, None]
+        return np.column_stack([heading_features(past_m)[:, 1:], past_m[:, -1], to_heading(past_m)[:, 0]])

@@ -7,7 +7,7 @@ import gpytorch
 import numpy as np
 import torch
 from sila.experiments import Forecast, Method
-from sila.experiments.gaussian_path import heading_features, to_heading, training_windows
+from sila.experiments.gaussian_path import between_knots, heading_features, to_heading, training_windows
 from sila.experiments.method import constant_velocity
 
 torch.set_num_threads(1)
@@ -75,19 +75,13 @@ class GaussianProcess(Method):
             parts = [self.likelihood(self.model(part)) for part in inputs.split(1024)]
             mean = np.concatenate([part.mean.double().numpy() for part in parts]) * self.unit
             deviation = np.concatenate([part.variance.double().sqrt().numpy() for part in parts]) * self.unit
-        mean, deviation = (self.between(values, steps) for values in (mean, deviation))
+        mean, deviation = (
+            between_knots(values.reshape(len(past), -1, 2), self.knots, steps) for values in (mean, deviation)
+        )
         turn = to_heading(past)
         paths = constant_velocity(past, steps, windows.interval_s) + np.einsum("nba,ntb->nta", turn, mean)
         covariances = np.einsum("nba,ntb,nbd->ntad", turn, deviation**2, turn)
         return Forecast(np.ones((len(past), 1)), paths[:, None], np.ascontiguousarray(covariances[:, None]))
-
-    def between(self, values, steps):
-        values = values.reshape(len(values), -1, 2)
-        at = np.arange(1, steps + 1)
-        right = np.clip(np.searchsorted(self.knots, at), 1, len(self.knots) - 1)
-        low, high = self.knots[right - 1], self.knots[right]
-        share = ((at - low) / (high - low))[:, None]
-        return values[:, right - 1] * (1 - share) + values[:, right] * share
 
     def scaled(self, past):
         return (features(past) - self.middle) / self.spread
@@ -95,7 +89,5 @@ class GaussianProcess(Method):
 
 def features(past_m):
     """A quarter of the past positions in the heading frame, the place, the heading."""
-    along = past_m[:, -1] - past_m[:, 0]
-    angle = np.arctan2(along[:, 1], along[:, 0])
     seen = heading_features(past_m[:, :: -max(1, past_m.shape[1] // 4)][:, ::-1])[:, 1:]
-    return np.column_stack([seen, past_m[:, -1], np.cos(angle), np.sin(angle)])
+    return np.column_stack([seen, past_m[:, -1], to_heading(past_m)[:, 0]])

@@ -85,6 +85,15 @@ def heading_features(past_m: Array) -> Array:
     return np.column_stack([np.ones(len(past_m)), seen.reshape(len(past_m), -1)])
 
 
+def between_knots(values: Array, knots: Array, steps: int) -> Array:
+    """(n, knots, 2) at the steps `knots` to (n, steps, 2), linear between them."""
+    at = np.arange(1, steps + 1)
+    right = np.clip(np.searchsorted(knots, at), 1, len(knots) - 1)
+    low, high = knots[right - 1], knots[right]
+    share = ((at - low) / (high - low))[:, None]
+    return np.asarray(values[:, right - 1] * (1 - share) + values[:, right] * share)
+
+
 def folds(person: Array, count: int = FOLDS, seed: int = 0) -> Iterator[tuple[Array, Array]]:
     """(learnt, left out) as masks; a person is on one side."""
     fold = np.random.default_rng(seed).permutation(person.max() + 1)[person] % count
