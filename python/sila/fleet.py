@@ -13,6 +13,7 @@ import os
 import signal
 import time
 import uuid
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from multiprocessing import resource_tracker
@@ -159,10 +160,7 @@ class _Run:
         values: dict[int, Any] = {_sila.FLEET_NOTHING: None}
         if goes_on:
             values[_sila.FLEET_START] = self.submit("start", _same, start)
-        uses: dict[int, int] = {}
-        for _, _, inputs in plan:
-            for i in inputs:
-                uses[i] = uses.get(i, 0) + 1
+        uses = Counter(i for _, _, inputs in plan for i in inputs)
         with bar(self.progress, len(plan), "learning", "task") as moving:
             for number, (step, partition, inputs) in enumerate(plan):
                 of_partition = partitions[partition] if partition >= 0 else (None, [])
