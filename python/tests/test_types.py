@@ -31,19 +31,14 @@ sila.simulate(tracks=3).tracks.positions_m
 """
 
 
-def mypy(folder, text):
-    (folder / "user.py").write_text(text)
-    command = [
-        sys.executable,
-        "-m",
-        "mypy",
-        "--strict",
-        "--ignore-missing-imports",
-        "--cache-dir",
-        str(folder),
-        "user.py",
-    ]
+def mypy(folder, *arguments):
+    command = [sys.executable, "-m", "mypy", "--strict", "--ignore-missing-imports", *arguments]
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+
+
+def mypy_of(folder, program):
+    (folder / "user.py").write_text(program)
+    return mypy(folder, "--cache-dir", str(folder), "user.py")
 
 
 def test_the_package_brings_its_types():
@@ -77,26 +72,16 @@ def test_the_stub_has_every_name_of_the_module_and_no_other():
 
 
 def test_the_package_and_its_stub_type_check(tmp_path):
-    command = [
-        sys.executable,
-        "-m",
-        "mypy",
-        "--strict",
-        "--allow-any-generics",
-        "--ignore-missing-imports",
-        "-p",
-        "sila",
-    ]
-    run = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    run = mypy(tmp_path, "--allow-any-generics", "-p", "sila")
     assert run.returncode == 0, run.stdout
 
 
 def test_a_users_program_type_checks(tmp_path):
-    run = mypy(tmp_path, USER)
+    run = mypy_of(tmp_path, USER)
     assert run.returncode == 0, run.stdout
 
 
 def test_a_wrong_program_does_not(tmp_path):
-    lines = mypy(tmp_path, WRONG).stdout
+    lines = mypy_of(tmp_path, WRONG).stdout
     for line in (4, 5, 6):
         assert f"user.py:{line}: error" in lines
