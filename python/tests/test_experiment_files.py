@@ -69,6 +69,15 @@ def test_mistakes_in_files_of_the_field_protocol_are_one_sentence(tmp_path, chan
     assert all(word in said for word in words) and len(said.splitlines()) == 1, said
 
 
+def test_a_method_of_the_field_protocol_that_cannot_run_is_named_with_the_reason(tmp_path, capsys):
+    (tmp_path / "gone.py").write_text("import no_such_package\n")
+    entry = {"name": "gone", "method": "gone.py:Gone", "learnt": "in_place"}
+    (tmp_path / "e.json").write_text(json.dumps({"kind": "field", "methods": [entry], "scenes": []}))
+    with pytest.raises(sila.FormatError, match="scenes"):
+        field.read_field(str(tmp_path / "e.json"), str(tmp_path))
+    assert capsys.readouterr().err == "gone: not run here: No module named 'no_such_package'\n"
+
+
 METHOD_FILES = {
     "broken.py": "class Broken(:\n",
     "unfinished.py": "from sila.experiments import Method\n\n\nclass Own(Method):\n    {}\n",

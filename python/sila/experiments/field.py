@@ -175,11 +175,11 @@ def read_field(file: str, data_dir: str | None) -> tuple[dict[str, Any], list[Fi
             _text(file, item, f"method {n}", key)
         if item["learnt"] not in LEARNT:
             raise FormatError(file, 0, f"learnt to be one of {', '.join(LEARNT)}", item["learnt"])
-        entry = {"cls": None, "missing": "", "parameters": {}, "config": config, **item}
+        entry = {"cls": None, "parameters": {}, "config": config, **item}
         try:
             entry["cls"] = load_method(item["method"], Path(file).parent, entry["parameters"])
         except ImportError as error:
-            entry["missing"] = str(error)
+            print(f"{item['name']}: not run here: {error}", file=sys.stderr)
         methods.append(entry)
     scenes = []
     for n, item in enumerate(_list(file, whole, "the experiment", "scenes"), 1):
