@@ -38,16 +38,17 @@ def windows(group: str) -> Callable[[Groups], float]:
     return lambda groups: groups[group]["windows"]
 
 
-def standing(name: str, constant: str, stays: str) -> Callable[[Groups], float]:
+def standing(name: str) -> Callable[[Groups], float]:
     """Of standing windows: relative to the better of constant velocity and "stays"."""
-    return lambda groups: np.fmax(ratio("standing", name, constant)(groups), ratio("standing", name, stays)(groups))
+    constant, stays = (ratio("standing", name, f"{of}_{name}") for of in ("constant", "stays"))
+    return lambda groups: np.fmax(constant(groups), stays(groups))
 
 
 class Column(NamedTuple):
     name: str
     title: str  #: empty: in no table, in results.csv alone
     decimals: int
-    of: Callable[[Groups], Any]
+    of: Callable[[Groups], Any] = None  # type: ignore[assignment]  #: none: `rows_of` has it from elsewhere
 
 
 COLUMNS = [
@@ -68,17 +69,10 @@ COLUMNS = [
     Column("turning_windows", "", 0, windows("turning")),
     Column("turning_ratio", "turning / CV", 3, ratio("turning", "mhd_m")),
     Column("standing_windows", "", 0, windows("standing")),
-    Column(
-        "standing_ratio", "standing / better of CV and stays", 3, standing("mhd_m", "constant_mhd_m", "stays_mhd_m")
-    ),
-    Column("standing_ade_ratio", "standing: ADE / better", 3, standing("ade_m", "constant_ade_m", "stays_ade_m")),
+    Column("standing_ratio", "standing / better of CV and stays", 3, standing("mhd_m")),
+    Column("standing_ade_ratio", "standing: ADE / better", 3, standing("ade_m")),
     Column("fork_windows", "windows at forks", 0, windows("forks")),
-    Column(
-        "fork_log_probability",
-        "forks: log p of the way taken",
-        3,
-        ratio("forks", "way_log_probability", "windows"),
-    ),
+    Column("fork_log_probability", "forks: log p of the way taken", 3, ratio("forks", "way_log_probability", "windows")),
     Column("fork_ade_ratio", "forks: ADE / CV", 3, ratio("forks", "ade_m", "constant_ade_m")),
     Column("inside_ratio", "", 3, ratio("inside", "mhd_m")),
     Column("outside_windows", "", 0, windows("outside")),
@@ -98,13 +92,13 @@ COLUMNS = [
     Column("inside_50", "in 50 %", 2, per_window("inside_50")),
     Column("inside_90", "in 90 %", 2, per_window("inside_90")),
     Column("fallback", "", 3, per_window("fallbacks")),
-    Column("size", "size", 0, None),  # type: ignore[arg-type]
-    Column("seconds_per_episode", "s per episode", 3, None),  # type: ignore[arg-type]
-    Column("training_s", "training [s of CPU]", 2, None),  # type: ignore[arg-type]
-    Column("training_j", "training [J]", 1, None),  # type: ignore[arg-type]
-    Column("bytes", "bytes", 0, None),  # type: ignore[arg-type]
-    Column("us_per_prediction", "µs per prediction", 1, None),  # type: ignore[arg-type]
-    Column("people", "", 0, None),  # type: ignore[arg-type]
+    Column("size", "size", 0),
+    Column("seconds_per_episode", "s per episode", 3),
+    Column("training_s", "training [s of CPU]", 2),
+    Column("training_j", "training [J]", 1),
+    Column("bytes", "bytes", 0),
+    Column("us_per_prediction", "µs per prediction", 1),
+    Column("people", "", 0),
 ]
 #: Of all trials together, in the summary alone.
 POOLED = [
