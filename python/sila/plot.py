@@ -111,7 +111,8 @@ def primitives(model: Model, *, scene: SceneLike | None = None, ax: Axes | None 
     for index, primitive in enumerate(model.primitives):
         at = frame.to_world(primitive.centres)
         arrows = frame.velocity_to_world(primitive.velocities * 0.8 * model.cell_widths)
-        _quiver(ax, at, arrows, _COLOURS[index % len(_COLOURS)])
+        style: dict[str, Any] = {"color": [_COLOURS[index % len(_COLOURS)]], "pivot": "mid", "width": 0.0035, "zorder": 3}
+        ax.quiver(*at.T, *arrows.T, angles="xy", scale_units="xy", scale=1.0, **style)
         _include(ax, at)
     ax.set_title(f"{counted(len(model.primitives), 'primitive')} from {counted(model.tracks, 'track')}")
     return ax
@@ -291,12 +292,6 @@ def _legend(some: Predictions, modes: int, coverage: str, with_tracks: bool) -> 
         )
         handles.append(Line2D([], [], color="black", linewidth=1.6, linestyle=":", label="what happened"))
     return handles
-
-
-def _quiver(ax: Axes, at: Any, arrows: Any, colour: Any) -> None:
-    ax.quiver(
-        *at.T, *arrows.T, color=[colour], angles="xy", scale_units="xy", scale=1.0, pivot="mid", width=0.0035, zorder=3
-    )
 
 
 def _world(ax: Axes | None) -> Axes:
