@@ -20,6 +20,9 @@ export function s<K extends keyof SVGElementTagNameMap>(tag: K, attributes: Attr
   return fill(document.createElementNS("http://www.w3.org/2000/svg", tag), attributes, children);
 }
 
+/** The head of a table. */
+export const thead = (...names: string[]): HTMLElement => h("thead", {}, h("tr", {}, ...names.map((name) => h("th", { scope: "col" }, name))));
+
 export const number = (value: number, digits = 2): string => value.toLocaleString("en", { minimumFractionDigits: digits, maximumFractionDigits: digits });
 export const count = (value: number): string => value.toLocaleString("en", { maximumFractionDigits: 1 });
 export const percent = (share: number, digits = 0): string => `${number(100 * share, digits)} %`;

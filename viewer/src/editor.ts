@@ -2,7 +2,7 @@
 import { applied, determinant, fitCamera, type Homography, type PointPair } from "./camera";
 import { readData, type EditorData, type Scene } from "./data";
 import { placedBy } from "./distances";
-import { choice, h, number, plural, s, start } from "./dom";
+import { choice, h, number, plural, s, start, thead } from "./dom";
 import { pointsOf, toWorld, type Point } from "./geometry";
 import { backdropOf, boundsOf, PlaceMap, type Backdrop } from "./place";
 import { distanceFromCurb, drawnCorner, headingOf, mapped, medianOf, moved, pointBeside, pointsIn, round, sceneText, sine, squareCorner, turned, widened, widthOf, type Axis, type SceneCorner } from "./scene_file";
@@ -198,7 +198,7 @@ class Editor {
     this.map.svg.addEventListener("keydown", (event) => { if (this.adding && event.key === "Enter") addAt([this.map.size[0] / 2, this.map.size[1] / 2]); });
     this.listPoints();
     return h("section", { id: "camera" }, h("h2", {}, "Camera"), h("p", { class: "lead" }, "Four or more points that you know in the picture and on the ground, such as corners of markings, make metres of pixels. Add a point, click on the picture (or press Enter for its middle) and type where it is, in metres along axes of your choice: of a rectangle of 8 m by 21 m the points are 0, 0; 8, 0; 8, 21 and 0, 21. No three may lie on a line; points far apart are best, and a fifth one shows how well they agree."),
-      h("div", { class: "controls" }, this.addButton), h("div", { class: "scroll" }, h("table", { class: "numbers" }, h("thead", {}, h("tr", {}, ...["point", "u [pixels]", "v [pixels]", "x [m]", "y [m]", "off by", ""].map((name) => h("th", { scope: "col" }, name)))), this.points)),
+      h("div", { class: "controls" }, this.addButton), h("div", { class: "scroll" }, h("table", { class: "numbers" }, thead("point", "u [pixels]", "v [pixels]", "x [m]", "y [m]", "off by", ""), this.points)),
       h("p", { class: "lead" }, "If you know no places, measure the distances between the points and type them here: point 1 becomes 0, 0, and point 2 lies on the x axis. Four points need five distances; a sixth one shows how well they agree."), this.lengths, this.lengthState, this.cameraState);
   }
 

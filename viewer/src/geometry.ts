@@ -21,7 +21,7 @@ export interface Grid {
 }
 
 /** The corner in coordinates along its curbs, in which each sidewalk is one unit wide. */
-export function alongCurbs(corner: Corner): Corner {
+export function alongCurbs(corner: Omit<Corner, "unit_m">): Corner {
   const [axis_1, axis_2] = corner.curbs ?? [corner.axis_1, corner.axis_2];
   const sine = Math.abs(axis_1[0] * axis_2[1] - axis_1[1] * axis_2[0]);
   return { ...corner, axis_1, axis_2, unit_m: [corner.widths_m[1] / sine, corner.widths_m[0] / sine] };

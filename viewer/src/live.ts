@@ -2,7 +2,7 @@
 import { gridY, lineY, plot, ruleY } from "@observablehq/plot";
 import type { ModelData, Scene } from "./data";
 import { common, legend, redrawable } from "./charts";
-import { count, h, number, percent, plural, s, toggle } from "./dom";
+import { count, h, number, percent, plural, s, thead, toggle } from "./dom";
 import { pointsOf } from "./geometry";
 import { appended, grown, lit, momentOf, type Frame, type Message, type Metrics, type Moment } from "./live_data";
 import { methodColour } from "./palette";
@@ -123,7 +123,7 @@ class LivePage {
       h("main", { id: "main" },
         h("section", { id: "now" }, h("h2", {}, "Now"), this.place, h("div", { class: "controls legend" }, check("primitives, highlighted where they are predicted", "primitives"), check("predicted paths, by weight", "modes"))),
         h("section", { id: "learning" }, h("h2", {}, "While it learns"), legend([{ name: "sila", colour: ours }, { name: "constant velocity", colour: constant, dash: true }]), h("div", { class: "charts" }, this.errors.element, this.growth.element), this.expectation),
-        h("section", { id: "scores" }, h("h2", {}, "Recent errors and coverage"), h("div", { class: "scroll" }, h("table", { class: "numbers" }, h("thead", {}, h("tr", {}, ...["horizon", "windows", "sila", "constant velocity", "coverage of 50 %", "of 90 %"].map((name) => h("th", { scope: "col" }, name)))), this.table)), this.counters)));
+        h("section", { id: "scores" }, h("h2", {}, "Recent errors and coverage"), h("div", { class: "scroll" }, h("table", { class: "numbers" }, thead("horizon", "windows", "sila", "constant velocity", "coverage of 50 %", "of 90 %"), this.table)), this.counters)));
   }
 
   connection(text: string): void {

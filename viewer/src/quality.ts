@@ -2,7 +2,7 @@
 import { areaY, axisX, barY, dot, gridY, line, lineY, link, plot, ruleX, ruleY, text } from "@observablehq/plot";
 import type { EpisodeData, Evaluation, LearningCurve, ProbabilityScore, ReportData } from "./data";
 import { common, figure, legend } from "./charts";
-import { choice, count, h, number, percent, plural } from "./dom";
+import { choice, count, h, number, percent, plural, thead } from "./dom";
 import { colourOfMethod, markOf, methodColour } from "./palette";
 import { comparisonsOf, constantOf, curvesOf, placesOf, rowsOf, type Comparison, type Quantity, type Row } from "./results";
 
@@ -110,7 +110,7 @@ export function accuracySection(data: ReportData): HTMLElement | undefined {
   const skipped = Object.entries(evaluation.skipped);
   const section = h("section", { id: "accuracy" }, h("h2", {}, "How good it is"), h("p", { class: "lead" }, calibrationWords(data)), legend([{ name: "sila", colour: ours }, { name: "constant velocity", colour: constant, dash: true }]), charts,
     h("div", { class: "scroll" }, h("table", { class: "numbers" }, h("caption", {}, "At the whole horizon; metres, smaller is better"),
-      h("thead", {}, h("tr", {}, ...["who", "windows", "weighted MHD", "constant velocity", "change", "ADE", "FDE", "kinematics alone", "ways"].map((name) => h("th", { scope: "col" }, name)))),
+      thead("who", "windows", "weighted MHD", "constant velocity", "change", "ADE", "FDE", "kinematics alone", "ways"),
       h("tbody", {}, ...names.map((name) => {
         const g = evaluation.groups[name]!;
         const { model, constant_velocity } = g.horizons.at(-1)!;
@@ -135,7 +135,7 @@ function reliabilityTable(evaluation: Evaluation): HTMLElement | undefined {
   if (rows.length === 0) return undefined;
   return h("div", { class: "scroll" }, h("table", { class: "numbers", id: "reliability" },
     h("caption", {}, "Stated probabilities of starting, of stopping, and of where a person will be. Smaller is better; the rate is that of these very predictions"),
-    h("thead", {}, h("tr", {}, ...["who", "seconds ahead", "predictions", "happened", "Brier score", "of the rate", "calibration error"].map((name) => h("th", { scope: "col" }, name)))),
+    thead("who", "seconds ahead", "predictions", "happened", "Brier score", "of the rate", "calibration error"),
     h("tbody", {}, ...rows)));
 }
 

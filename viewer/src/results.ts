@@ -22,7 +22,7 @@ export type Quantity = "error_m" | "size" | "seconds";
 export interface Comparison { place: string; method: string; against: string; people: number; difference: number; low: number; high: number }
 
 type Json = Record<string, unknown>;
-const isObject = (value: unknown): value is Json => typeof value === "object" && value !== null && !Array.isArray(value);
+export const isObject = (value: unknown): value is Json => typeof value === "object" && value !== null && !Array.isArray(value);
 const listOf = (value: unknown): Json[] => Array.isArray(value) ? value.filter(isObject) : [];
 const numberOf = (value: unknown): number | undefined => typeof value === "number" && Number.isFinite(value) ? value : undefined;
 const textOf = (value: unknown): string => typeof value === "string" ? value : "";

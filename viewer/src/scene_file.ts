@@ -1,6 +1,6 @@
 // The scene file that the editor changes (docs/formats.md). Pure; lengths are metres on the ground.
 import type { PointPair } from "./camera";
-import { pointAt, type Corner, type Point } from "./geometry";
+import { alongCurbs, pointAt, type Corner, type Point } from "./geometry";
 
 export interface SceneCorner {
   name: string;
@@ -75,10 +75,8 @@ export function pointBeside(corner: SceneCorner, axis: Axis, along: number, into
 }
 
 /** For the map: curb units in which each sidewalk is one unit wide. */
-export function drawnCorner(corner: SceneCorner): Corner {
-  const sin = Math.abs(sine(corner));
-  return { name: corner.name, origin: corner.origin, axis_1: corner.axis_1, axis_2: corner.axis_2, unit_m: [corner.sidewalk_width_2_m / sin, corner.sidewalk_width_1_m / sin],
-           widths_m: [corner.sidewalk_width_1_m, corner.sidewalk_width_2_m] };
+export function drawnCorner({ name, origin, axis_1, axis_2, sidewalk_width_1_m, sidewalk_width_2_m }: SceneCorner): Corner {
+  return alongCurbs({ name, origin, axis_1, axis_2, widths_m: [sidewalk_width_1_m, sidewalk_width_2_m] });
 }
 
 /** The median of the points of paths. */

@@ -1,8 +1,7 @@
 // The configuration and the versions that made what is shown.
 import type { ReportData } from "./data";
 import { count, h } from "./dom";
-
-const isObject = (value: unknown): value is Record<string, unknown> => typeof value === "object" && value !== null && !Array.isArray(value);
+import { isObject } from "./results";
 
 /** Dotted paths and values, in order. */
 export function flatten(value: unknown, prefix = ""): [string, string][] {
