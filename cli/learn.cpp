@@ -220,20 +220,21 @@ void learn_tracks(const LearnOptions& options) {
 void add_learn(CLI::App& app) {
   const auto [verb, options] =
       add_verb(app,
-               {"learn", "Learn tracks into a model, new or already there; every batch is an episode.",
+               {"learn", "Learn tracks into a new or an existing model; every batch is an episode.",
                 "sila learn tracks.csv --scene corner.json --model corner.sila --batch 20"},
                Shared::both, learn_tracks);
   add_tracks(*verb, options->tracks);
   add_hold_out(*verb, options->tracks);
   verb->add_option("--model", options->model, "model file to create or to update")->required()->type_name("M.sila");
   verb->add_option("--batch", options->batch, "tracks per episode [20]")->check(CLI::Range(1, 1000000));
-  verb->add_option("--units", options->units,
-                   "of the tracks: metres, or pixels without a camera, whose scale is measured by how fast people walk "
-                   "and kept by the model [metres, or those of the model]")
+  verb->add_option(
+          "--units", options->units,
+          "unit of the tracks: metres, or pixels without a camera, whose scale is estimated by the walking speed "
+          "and kept in the model [metres, or that of the model]")
       ->check(CLI::IsMember({"metres", "pixels"}))
       ->type_name("UNIT");
   verb->add_option("--min-people", options->min_people,
-                   "number of different tracks that must have shown each part of --share")
+                   "least number of different tracks that showed each part of --share")
       ->check(CLI::Range(1, 1000000000));
   verb->add_option("--share", options->share,
                    "also write a k-anonymous copy of the model to this file; needs --min-people")

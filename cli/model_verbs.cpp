@@ -63,13 +63,13 @@ void add_inspect(CLI::App& app) {
 }
 
 void add_log(CLI::App& app) {
-  add_model_verb(app, {"log", "List the episodes of a model and what each did.", "sila log corner.sila"},
+  add_model_verb(app, {"log", "List the episodes of a model and what each one changed.", "sila log corner.sila"},
                  list_episodes);
 }
 
 void add_rollback(CLI::App& app) {
   const auto [verb, options] = add_model_verb(
-      app, {"rollback", "Make a model what it was after an earlier episode.", "sila rollback corner.sila --to 12"},
+      app, {"rollback", "Restore a model as it was after an earlier episode.", "sila rollback corner.sila --to 12"},
       roll_back);
   verb->add_option("--to", options->to, "episode to go back to; `sila log` lists them")->type_name("N");
   verb->add_option("--keep", options->keep,

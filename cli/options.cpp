@@ -131,8 +131,7 @@ CLI::App* add_plain_verb(CLI::App& app, const VerbText& text, Shared shared, Com
   if (shared != Shared::configuration) verb->add_flag("--json", common.json, "print the result as JSON");
   if (shared == Shared::json) return verb;
   verb->add_option("--config", common.config_file, "JSON file with configuration values")->type_name("FILE");
-  verb->add_option("--profile", common.profile, "default, paper or paper-literal: the values to begin with")
-      ->type_name("NAME");
+  verb->add_option("--profile", common.profile, "initial values: default, paper or paper-literal")->type_name("NAME");
   verb->add_option("--set", common.sets,
                    "set one configuration value, e.g. fuse.similarity_threshold=0.5; see `sila config`")
       ->type_name("PATH=VALUE");
@@ -148,11 +147,12 @@ void print(const CommonOptions& common, const nlohmann::ordered_json& json, cons
 }
 
 void add_classes(CLI::App& verb, ReadOptions& options) {
-  verb.add_option("--person", options.person_classes,
-                  "class, by name in any case or by number, that is a pedestrian; may be repeated [person, pedestrian, "
-                  "..., and the number of the format]")
+  verb.add_option(
+          "--person", options.person_classes,
+          "class of pedestrians: a name in any case, or a number; may be repeated [person, pedestrian, ..., and "
+          "the number of the format]")
       ->type_name("CLASS");
-  verb.add_option("--frigate-camera", options.frigate_camera, "camera whose events of Frigate count")
+  verb.add_option("--frigate-camera", options.frigate_camera, "Frigate camera whose events are used")
       ->type_name("NAME");
 }
 
@@ -161,8 +161,8 @@ void add_tracks(CLI::App& verb, TrackOptions& options) {
   verb.add_option("tracks", options.paths, "track files or folders; without any, the files that the scene names")
       ->type_name("TRACKS");
   verb.add_option("--scene", options.scene, kSceneHelp)->type_name("FILE");
-  CLI::Option* camera = verb.add_option("--camera", options.camera,
-                                        "file with the camera by which pixels become metres [that of the scene]");
+  CLI::Option* camera =
+      verb.add_option("--camera", options.camera, "camera file, by which pixels become metres [that of the scene]");
   camera->type_name("FILE");
   add_classes(verb, options.read);
   verb.add_option("--data-dir", options.data_dir, "also look here for the files that the scene names")
@@ -179,7 +179,7 @@ void add_tracks(CLI::App& verb, TrackOptions& options) {
 void add_hold_out(CLI::App& verb, TrackOptions& options) {
   CLI::Option* hold_out =
       verb.add_option("--hold-out", options.hold_out,
-                      "share of the tracks held back by --seed: `learn` leaves them out, `evaluate` scores them alone");
+                      "share of the tracks held back by --seed: `learn` leaves them out, `evaluate` scores only them");
   hold_out->check(CLI::Range(0.0, 0.99));
   verb.add_option("--split", options.split,
                   "how --hold-out chooses: a block of time with an embargo, or by track [time]")

@@ -22,7 +22,7 @@ void add_experiment(CLI::App& app) {
 }
 
 void add_fleet(CLI::App& app) {
-  add_python_verb(app, "fleet", "Learn many places side by side on Dask", "fleet");
+  add_python_verb(app, "fleet", "Learn many places in parallel on Dask", "fleet");
 }
 
 }  // namespace sila::cli

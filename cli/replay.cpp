@@ -59,7 +59,7 @@ void replay_tracks(const ReplayVerb& options) {
 void add_replay(CLI::App& app) {
   const auto [verb, options] =
       add_verb(app,
-               {"replay", "Play recorded tracks as a live tracker would.",
+               {"replay", "Send recorded tracks as a live tracker would.",
                 "sila replay tracks.csv --rate 10 --to tcp:127.0.0.1:8766 > predictions.ndjson"},
                Shared::configuration, replay_tracks);
   add_tracks(*verb, options->tracks);

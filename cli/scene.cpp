@@ -180,7 +180,7 @@ void edit_scene(const EditOptions& options) {
 }  // namespace
 
 void add_scene(CLI::App& app) {
-  CLI::App* verb = app.add_subcommand("scene", "Scene files: where a place has its corners.");
+  CLI::App* verb = app.add_subcommand("scene", "Make, print or edit a scene file: the corners of a place.");
   verb->require_subcommand(1);
   verb->footer("`sila scene VERB --help` has an example of each verb.");
   CLI::App* show = verb->add_subcommand("show", "Print the frames of a model as a scene file.");
@@ -198,7 +198,7 @@ void add_scene(CLI::App& app) {
       made->add_option("--map", options->map,
                        "OpenStreetMap or Lanelet2 map: propose its corners and crosswalks (in the Python package)")
           ->type_name("FILE");
-  made->add_option("--origin", options->map_origin, "of a map in degrees: where the tracks have (0, 0)")
+  made->add_option("--origin", options->map_origin, "for a map in degrees: the point (0, 0) of the tracks")
       ->expected(2)
       ->type_name("LAT LON")
       ->needs(map);

@@ -148,29 +148,30 @@ void add_mqtt(CLI::App& verb, ServeVerb& options) {
 void add_serve(CLI::App& app) {
   const auto [verb, options] =
       add_verb(app,
-               {"serve", "Predict the detections of a tracker as they come, and learn while predicting.",
+               {"serve", "Predict pedestrians from the live detections of a tracker, and learn from them.",
                 "sila serve --scene corner.json --model corner.sila --tcp 127.0.0.1:8766"},
                Shared::configuration, serve);
   options->server.http = "127.0.0.1:8765";
   verb->add_option("--scene", options->scene, kSceneHelp)->type_name("FILE");
-  verb->add_option(
-          "--camera", options->camera,
-          "camera or scene file whose camera makes metres of detections, which are then image points [pixels]; "
-          "off: they are metres, though the scene has a camera")
+  verb->add_option("--camera", options->camera,
+                   "camera or scene file, if detections are image points [pixels]: its camera makes metres of them; "
+                   "off: they are metres, although the scene has a camera")
       ->type_name("FILE|off");
   add_picture(*verb, options->picture);
   verb->add_option("--model", options->model, "model file to create or to continue")->required()->type_name("M.sila");
   verb->add_option("--http", options->server.http,
                    "address of the live page, the metrics and WebSockets, or off [127.0.0.1:8765]")
       ->type_name("ADDRESS:PORT");
-  verb->add_option("--tcp", options->server.tcp, "address for lines, both ways")->type_name("ADDRESS:PORT");
-  verb->add_option("--unix", options->server.unix_path, "Unix socket for lines, both ways")->type_name("PATH");
+  verb->add_option("--tcp", options->server.tcp, "address for detections and predictions")->type_name("ADDRESS:PORT");
+  verb->add_option("--unix", options->server.unix_path, "Unix socket for detections and predictions")
+      ->type_name("PATH");
   add_mqtt(*verb, *options);
   add_classes(*verb, options->server.read);
   CLI::Option* standard_input =
       verb->add_flag("--stdin", options->server.standard_input,
                      "lines from standard input, predictions to standard output; ends with the input");
-  verb->add_flag("--wait", options->server.wait, "standard input waits for its answers and for learning; for files")
+  verb->add_flag("--wait", options->server.wait,
+                 "standard input waits until predictions and learning are done; for files")
       ->needs(standard_input);
   verb->add_option("--token-file", options->token_file,
                    "file whose first line clients must send; needed if other machines can connect")
