@@ -24,7 +24,7 @@ struct EvaluateConfig {
 };
 
 void fields(MaybeConst<EvaluateConfig> auto& config, auto&& visit) {
-  visit.number("stride_s", config.stride_s, Range{0.0, 600.0, true}, "s", "between the windows of a track");
+  visit.number("stride_s", config.stride_s, Range{0.0, 600.0, true}, "s", "time between the windows of a track");
   visit.number("observed_s", config.observed_s, Range{0.0, 60.0}, "s",
                "observed part of each window, at most, as if the person had just appeared");
 }

@@ -39,7 +39,7 @@ void fields(MaybeConst<FuseConfig> auto& config, auto&& visit) {
   visit.flag("literal_self_transitions", config.literal_self_transitions,
              "Alg. 2 literally: the self transition of a split primitive leads back");
   visit.choice("sites", config.sites, kSiteSharings,
-               "apart: each site is learnt, fused and predicted by itself; shared: all sites are laid over each other "
+               "apart: each site is learnt, fused and predicted by itself; shared: all sites are overlaid "
                "by their frames (paper)");
   visit.choice("gp_fusion", config.gp.fusion, gp_fusion_names,
                "GPs without their data: transfer of the stored information, or weighted pseudo-data (Suk 2012)");

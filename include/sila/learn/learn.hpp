@@ -77,9 +77,8 @@ struct FieldConfig {
 void fields(MaybeConst<FieldConfig> auto& config, auto&& visit) {
   visit.choice("outputs", config.outputs, kFieldOutputs,
                "one GP for both components of the velocity, or one for each as in the paper");
-  visit.number(
-      "stride_s", config.stride_s, Range{0.0, 60.0}, "s",
-      "between the samples of a track that a field is fitted to, as neighbours are correlated; 0: all samples");
+  visit.number("stride_s", config.stride_s, Range{0.0, 60.0}, "s",
+               "time between the samples of a track that a field is fitted to, as neighbours are correlated; 0: all");
   visit.choice("pseudo_inputs", config.gp.pseudo_inputs, pseudo_input_choice_names,
                "pseudo-inputs: chosen from the data, or moved by gradient, with hyperparameters of each transition, as "
                "in the paper");

@@ -42,7 +42,7 @@ struct PredictConfig {
 void fields(MaybeConst<PredictConfig> auto& config, auto&& visit) {
   visit.number("observe_s", config.observe_s, Range{0.2, 60.0}, "s", "observed time before t0, at most");
   visit.number("min_observe_s", config.min_observe_s, Range{0.0, 60.0, true}, "s",
-               "a track gets its first prediction once it is that old");
+               "age of a track at its first prediction");
   visit.number("horizon_s", config.horizon_s, Range{0.0, 60.0, true}, "s", "predicted time after t0");
   visit.number("mode_horizon_s", config.mode_horizon_s, Range{0.0, 60.0, true}, "s",
                "modes branch and merge by their paths until then, so that a longer horizon_s only extends them");

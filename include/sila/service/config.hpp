@@ -44,17 +44,17 @@ struct ServiceConfig {
 void fields(MaybeConst<ServiceConfig> auto& config, auto&& visit) {
   visit.number("batch", config.batch, Range{1, 1000000}, "tracks", "finished tracks that make an episode");
   visit.number("stride_s", config.stride_s, Range{0.0, 600.0}, "s",
-               "between the predictions of a pedestrian; 0: one for each detection");
+               "time between the predictions of a pedestrian; 0: one for each detection");
   visit.number("late_s", config.late_s, Range{0.0, 60.0}, "s",
                "a detection may be this much older than the newest of its stream; a track stays open as long");
   visit.number("max_ids", config.max_ids, Range{1, 1000000}, "ids", "open tracks of a stream; more are rejected");
   visit.number("max_line_bytes", config.max_line_bytes, Range{64, 1 << 20}, "bytes",
-               "of a line; longer lines are rejected");
+               "length of a line; longer lines are rejected");
   visit.number("max_rate_hz", config.max_rate_hz, Range{0.0, 1e7, true}, "lines/s",
-               "of a connection, averaged over a second; more lines are rejected");
-  visit.number("max_connections", config.max_connections, Range{1, 10000}, "connections", "at a time");
+               "rate of a connection, averaged over a second; more lines are rejected");
+  visit.number("max_connections", config.max_connections, Range{1, 10000}, "connections", "open at a time");
   visit.number("max_queued_lines", config.max_queued_lines, Range{1, 10000000}, "lines",
-               "read and not yet ingested; beyond it a connection with more than its share is rejected");
+               "lines read and not yet ingested; beyond it a connection with more than its share is rejected");
 }
 
 }  // namespace sila

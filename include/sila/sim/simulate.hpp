@@ -66,7 +66,8 @@ void fields(MaybeConst<SimulationConfig> auto& config, auto&& visit) {
                "error of a reported position per axis, partly correlated in time");
   visit.number("occlusions_per_min", config.occlusions_per_min, R{0.0, 30.0}, "1/min",
                "gaps of 0.3 to 1.6 s in a track");
-  visit.number("cut_share", config.cut_share, share, "", "walkers lost or found in mid view, or given a second id");
+  visit.number("cut_share", config.cut_share, share, "",
+               "share of walkers lost or found within the view, or given a second id");
 }
 
 /// Corners of a closed area in counter-clockwise order, the last joins the first [m].
