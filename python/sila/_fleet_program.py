@@ -55,23 +55,23 @@ def run(arguments: list[str]) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="sila fleet",
-        description="Learn many sources side by side on dask.distributed and fuse what they learnt into one model.",
+        description="Learn many sources in parallel on dask.distributed and fuse the models into one.",
         epilog=EXAMPLE,
     )
     add = parser.add_argument
     add("sources", nargs="+", metavar="SOURCE", help="track files, model files (*.sila), folders of them")
-    add("--model", required=True, metavar="M.sila", help="model file to make or to go on with")
+    add("--model", required=True, metavar="M.sila", help="model file to create or to update")
     usual = "the one beside each; else a frame made from the first tracks"
     add("--scene", metavar="S.json", help=f"scene of all sources [{usual}]")
-    add("--batch", type=_count, default=20, metavar="N", help="tracks an episode [20]")
-    add("--partition", type=_count, default=fleet.PARTITION, metavar="N", help=f"tracks a task [{fleet.PARTITION}]")
+    add("--batch", type=_count, default=20, metavar="N", help="tracks per episode [20]")
+    add("--partition", type=_count, default=fleet.PARTITION, metavar="N", help=f"tracks per task [{fleet.PARTITION}]")
     where = parser.add_mutually_exclusive_group()
-    where.add_argument("--workers", type=_count, metavar="N", help="processes on this machine [one a processor]")
-    where.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler that runs already, tcp://...:8786")
+    where.add_argument("--workers", type=_count, metavar="N", help="processes on this machine [one per processor]")
+    where.add_argument("--scheduler", metavar="ADDRESS", help="address of a running Dask scheduler, tcp://...:8786")
     add("--strict", action="store_true", help="stop if a source cannot be read, before anything is learnt")
     add("--config", metavar="FILE", help="JSON file with configuration")
     add("--set", action="append", default=[], metavar="PATH=VALUE", help="one configuration field; see `sila config`")
-    add("--json", action="store_true", help="print what was done as JSON")
+    add("--json", action="store_true", help="print the result as JSON")
     return parser
 
 

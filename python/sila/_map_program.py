@@ -83,7 +83,7 @@ def _parser() -> argparse.ArgumentParser:
     files = "track files or folders, in the frame of the map [those that the scene names]"
     add("tracks", nargs="*", metavar="TRACKS", help=files)
     add("--map", required=True, metavar="FILE", help="the map: .osm, .osm.gz or .osm.pbf")
-    add("--origin", nargs=2, type=float, metavar=("LAT", "LON"), help="of the point (0, 0) of the tracks [0 0]")
+    add("--origin", nargs=2, type=float, metavar=("LAT", "LON"), help="the point (0, 0) of the tracks [0 0]")
     add("--scene", metavar="FILE", help="scene file: its camera, units and files; its corners are replaced")
     add("--data-dir", default="", metavar="DIR", help="also look here for the files that the scene names")
     scale = parser.add_mutually_exclusive_group()

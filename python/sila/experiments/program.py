@@ -47,7 +47,7 @@ def run(arguments: list[str]) -> int:
             for path in draw(Path(options.out), png=options.png):
                 print(path, file=sys.stderr)
     except (ValueError, TypeError, ImportError, OSError, RuntimeError, KeyboardInterrupt) as error:
-        return failed(error, "the same command goes on from here")
+        return failed(error, "repeat the command to continue")
     for name, reason in written["not_run_here"].items():
         print(f"{name}: not run here: {reason}", file=sys.stderr)
     if options.json:
@@ -67,22 +67,22 @@ def _reject_unused(options: argparse.Namespace) -> None:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="sila experiment",
-        description="Compare methods on scenes, trial by trial; an interrupted experiment goes on.",
+        description="Compare methods on scenes, trial by trial; the same command continues an interrupted experiment.",
         epilog=EXAMPLE,
     )
     add = parser.add_argument
     add("file", metavar="FILE", help="experiment file (docs/experiments.md)")
-    add("--out", required=True, metavar="DIR", help="folder for the results; runs that are there already are kept")
+    add("--out", required=True, metavar="DIR", help="folder for the results; finished runs in it are kept")
     add("--data-dir", metavar="DIR", help="also look here for scene files and the files that they name")
-    add("--trials", type=int, metavar="N", help="instead of what the file says")
-    add("--split", choices=SPLITS, help="instead of what the file says")
-    add("--redo", action="store_true", help="make runs anew that another configuration or build has made")
-    add("--workers", type=int, default=1, metavar="N", help="processes that do runs side by side [1]")
-    add("--plots", action="store_true", help="draw the figures as well (needs matplotlib)")
-    add("--png", action="store_true", help="figures as PNG beside the SVG")
+    add("--trials", type=int, metavar="N", help="overrides the file")
+    add("--split", choices=SPLITS, help="overrides the file")
+    add("--redo", action="store_true", help="repeat the runs of another configuration or build")
+    add("--workers", type=int, default=1, metavar="N", help="processes that do runs in parallel [1]")
+    add("--plots", action="store_true", help="also draw figures (needs matplotlib)")
+    add("--png", action="store_true", help="also write the figures as PNG")
     add("--config", metavar="FILE", help="JSON file with configuration for all scenes")
     add("--set", action="append", default=[], metavar="PATH=VALUE", help="one configuration field; see `sila config`")
-    add("--threads", type=int, default=0, metavar="N", help="threads of the library; 0: all [0]")
-    add("--seed", type=int, metavar="N", help="of the first trial, instead of what the file says")
+    add("--threads", type=int, default=0, metavar="N", help="threads of the library; 0: one per processor [0]")
+    add("--seed", type=int, metavar="N", help="seed of the first trial; overrides the file")
     add("--json", action="store_true", help="print the summary as JSON")
     return parser
