@@ -1,7 +1,7 @@
 """Learns how pedestrians move at intersections, batch by batch, and predicts their next seconds.
 
-Lengths are metres, times seconds, positions are in the world frame of the scene, arrays have one point a row.
-Everything is computed by the C++ library, as in the program `sila`.
+Lengths are metres, times seconds; positions are in the world frame of the scene; each row of an array is a point.
+The C++ library computes everything, as in the program `sila`.
 """
 
 from . import errors

@@ -29,7 +29,7 @@ class Field:
 
 
 def fields() -> list[Field]:
-    """Every configuration field, in order: what `sila config` prints."""
+    """Every configuration field, in the order of `sila config`."""
     return [Field(*row) for row in _sila.config_fields()]
 
 

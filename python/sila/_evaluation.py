@@ -28,7 +28,7 @@ class Evaluation:
 
     @property
     def horizons_s(self) -> list[float]:
-        """Whole seconds, and the whole horizon last."""
+        """Whole seconds, then the whole horizon."""
         return [row["horizon_s"] for row in next(iter(self.groups.values()))["horizons"]]
 
     def metric(self, name: str = "weighted_mhd_m", *, group: str = "moving", of: str = "model") -> float:
@@ -46,8 +46,8 @@ class Evaluation:
         return float(means[name])
 
     def to_frame(self) -> pandas.DataFrame:
-        """One row a group, horizon and predictor, one column a metric: NaN for a group without windows. coverage_90 is
-        the observed coverage of regions of nominally 90 %."""
+        """One row for each group, horizon and predictor, one column for each metric: NaN for a group without windows.
+        coverage_90 is the observed coverage of nominal 90 % regions."""
         import pandas
 
         rows = [

@@ -29,13 +29,13 @@ class Predictions(Items[Prediction]):
         return f"Predictions({counted(len(self), 'prediction')} for {counted(tracks, 'track')})"
 
     def of(self, track: str | int) -> Predictions:
-        """Those of one track, by its id in the input."""
+        """The predictions of one track, by its id in the input."""
         name = text_of(track)
         return Predictions(prediction for prediction in self if prediction.track == name)
 
     def to_frame(self) -> pandas.DataFrame:
-        """One row a mode and time: track_id, t0, fallback, novelty, mode, weight, variant, t, x, y, cov_xx, cov_xy,
-        cov_yy."""
+        """One row for each mode and time: track_id, t0, fallback, novelty, mode, weight, variant, t, x, y,
+        cov_xx, cov_xy, cov_yy."""
         return frame_of(*self)
 
     def to_ndjson(self, path: str | os.PathLike[str] | None = None, *, digits: int = 3) -> str:

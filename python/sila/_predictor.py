@@ -1,4 +1,4 @@
-"""An estimator in the style of scikit-learn, which is not needed itself."""
+"""An estimator in the style of scikit-learn; it does not need scikit-learn."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ class Predictor:
     """Learns tracks and predicts them, as an estimator of scikit-learn.
 
     `scene`: a Scene or the path of a scene file; without one the model makes its frame from its first batch.
-    `batch`: tracks an episode in `fit`. Further keywords are
+    `batch`: tracks per episode in `fit`. Further keywords are
     configuration fields, groups joined by two underscores (`predict__horizon_s=3.0`) or as dictionaries
-    (`predict={"horizon_s": 3.0}`). X is whatever tracks can be given as; use `Tracks` or lists of Track in
+    (`predict={"horizon_s": 3.0}`). X: tracks in any form that `sila.learn` takes; use `Tracks` or lists of Track in
     `sklearn.model_selection`. There is no y.
     """
 
@@ -53,7 +53,7 @@ class Predictor:
         return self
 
     def fit(self, X: TracksLike, y: None = None) -> Predictor:
-        """Learns X anew, `batch` tracks an episode."""
+        """Learns X from the beginning, `batch` tracks per episode."""
         settings = self._settings()
         self.model_ = _verbs.learn(
             X, scene=self.scene, batch=self.batch, config=settings, threads=self.threads, progress=False
@@ -77,7 +77,7 @@ class Predictor:
         return self
 
     def predict(self, X: TracksLike) -> Predictions:
-        """One prediction a track, from its last sample; none of a track shorter than predict.min_observe_s."""
+        """One prediction per track, from its last sample; none for a track shorter than predict.min_observe_s."""
         return _verbs.predict(
             self._fitted(),
             X,

@@ -1,4 +1,4 @@
-"""Progress in a terminal or a notebook, if tqdm is installed and wanted."""
+"""Progress in a terminal or a notebook, if tqdm is installed."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ _Rows = tuple[list[str], Any, list[str]]
 
 
 class Stream:
-    """Does in process what `sila serve` does with the lines of one tracker: each `update` returns the predictions that
+    """Does inside the process what `sila serve` does for one tracker: each `update` returns the predictions that
     are due, and finished tracks are learnt in a background thread.
 
     `model`: a Model to continue, or the path of a model file, which stores every episode as that of the service

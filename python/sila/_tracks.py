@@ -33,7 +33,7 @@ _warned: Scene | None = None
 
 
 class Tracks(Items[Track]):
-    """Tracks and what became of the rows that they were made of. A slice, a mask or a list of indices gives Tracks."""
+    """Tracks, and a report of the rows that they were made of. A slice, a mask or a list of indices gives Tracks."""
 
     _type = Track
 

@@ -34,14 +34,14 @@ def learn(
     threads: int = 0,
     progress: bool | None = None,
 ) -> Model:
-    """Learns tracks, `batch` of them an episode, as `sila learn` does; returns the model. A given `model` is continued.
+    """Learns tracks, `batch` per episode, as `sila learn` does; returns the model. It continues a given `model`.
 
     `scene` has the corners. Without it a new model makes a frame from its first batch and keeps it. Each batch is
     predicted before it is learnt, and the errors calibrate the model. `config` changes the configuration of `model`.
     `threads`: 0 means all.
 
-    `units`: "pixels" for files, tables and arrays in pixels without a camera. A new model measures their scale by how
-    fast people walk and keeps it as `model.config["metres_per_pixel"]`; later input for it is in pixels, too.
+    `units`: "pixels" for files, tables and arrays in pixels without a camera. A new model estimates their scale by the
+    walking speed and keeps it as `model.config["metres_per_pixel"]`; later input for it is in pixels, too.
     `frames_per_second`: of files with frame numbers.
 
     Raises ValueError for a configuration that the model did not begin with, and without tracks. A UserWarning says when
@@ -126,7 +126,7 @@ def fuse(previous: Model, incoming: Model, *, config: ConfigLike = None, threads
 
 
 def make_prior(models: Iterable[Model] | None = None, *, config: ConfigLike = None) -> Model:
-    """What models of other places know of how people walk, as `sila prior make`: the first model of a new place.
+    """The first model of a new place, as by `sila prior make`: how people walk, from models of other places.
     Without models it is learnt from simulated pedestrians with the configuration `config`."""
     if models is None:
         return _sila.simulated_prior(merged("{}", config))
@@ -161,8 +161,8 @@ def predict(
     threads: int = 0,
     progress: bool | None = None,
 ) -> Predictions:
-    """Predicts each track whenever a prediction is due: at the first sample at or after predict.min_observe_s, then every
-    `stride_s` seconds. With `at_end`, once a track, from its last sample. A track shorter than predict.min_observe_s has
+    """Predicts each track at the first sample at or after predict.min_observe_s, then every `stride_s` seconds. With
+    `at_end`, once per track, from its last sample. A track shorter than predict.min_observe_s has
     no prediction; the number of such tracks is a UserWarning.
 
     Samples after t0 never influence a prediction. `config` changes the configuration of the model, for instance
@@ -223,8 +223,8 @@ def evaluate(
 
 @dataclass(frozen=True)
 class Simulation:
-    """Simulated pedestrians: `tracks`, cleaned, to be learnt; `reported`, as the tracker reports them, with gaps, as in
-    a file; `truth`, the true path of each reported track (same ids); and the scene."""
+    """Simulated pedestrians: `tracks`, cleaned, to be learnt; `reported`, with gaps, as a tracker writes them into a
+    file; `truth`, the true path of each reported track (same ids); and the scene."""
 
     tracks: Tracks
     reported: Tracks
@@ -236,7 +236,7 @@ class Simulation:
 
 
 def simulate(*, config: ConfigLike = None, **simulate: Any) -> Simulation:
-    """Walks pedestrians through an intersection and tracks them. Keywords are the fields of the group `simulate`, for
+    """Simulates pedestrians at an intersection, and a tracker. Keywords are the fields of the group `simulate`, for
     instance layout="acute", tracks=200, seed=1; the same ones give the same bits."""
     settings = merged(merged("{}", config), {"simulate": simulate})
     reported, truth, scene = _sila.simulate(settings)

@@ -1,4 +1,4 @@
-"""Exceptions beside ValueError and TypeError."""
+"""Exceptions other than ValueError and TypeError."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Distributed learning on dask.distributed: partitions of the tracks are learnt apart, and models are fused in a tree.
+"""Distributed learning on dask.distributed: partitions of the tracks are learnt separately, and fused in a tree.
 
-The C++ library plans the tasks (`plan_fleet`), Dask schedules them. The model is the same to the last bit whatever the
-number of workers, the order in which they finish, and workers that are killed.
+The C++ library plans the tasks (`plan_fleet`), Dask schedules them. The model is the same to the last bit for any
+number of workers, any order in which they finish, and if workers are killed.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def learn(
     strict: bool = False,
     progress: bool | None = None,
 ) -> Outcome:
-    """Learns sources in parallel, `partition` tracks a task and `batch` of them an episode, and fuses the models.
+    """Learns sources in parallel, `partition` tracks per task and `batch` per episode, and fuses the models.
 
     `sources`: track files, model files (*.sila) that were learnt elsewhere, and folders of them, or a dictionary from
     path to scene. `scene`: that of all sources; without it the scene beside a track file (tracks.scene.json for

@@ -56,7 +56,7 @@ class _Rows:
 
 
 def tracked_topics(bag: str | os.PathLike[str]) -> dict[str, str]:
-    """The topics of a bag that tracks can be read from, and their types."""
+    """The topics of a bag from which tracks can be read, and their types."""
     with _open(bag) as reader:
         return {c.topic: c.msgtype for c in reader.connections if c.msgtype in TRACKED_TYPES}
 
