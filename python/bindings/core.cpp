@@ -30,7 +30,10 @@ namespace {
 
 /// A text, or a whole number as text.
 std::string id_from(nb::handle id) {
-  if (nb::isinstance<nb::str>(id)) return nb::cast<std::string>(id);
+  if (std::string text; nb::isinstance<nb::str>(id)) {
+    if (nb::try_cast(id, text)) return text;
+    throw nb::value_error(("id: expected valid Unicode, found " + nb::cast<std::string>(nb::repr(id))).c_str());
+  }
   if (!PyIndex_Check(id.ptr()) || PyBool_Check(id.ptr())) {
     const auto found = nb::cast<std::string>(nb::str(id.type().attr("__name__")));
     throw nb::type_error(("id: expected a text or a whole number, found " + found).c_str());

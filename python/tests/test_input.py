@@ -347,6 +347,8 @@ def test_mistakes_name_the_argument_and_ids_may_be_whole_numbers():
     for id in (True, 1.5):
         with pytest.raises(TypeError, match="id: expected a text or a whole number"):
             sila.Track(id, [0, 1], path)
+    with pytest.raises(ValueError, match=r"id: expected valid Unicode, found 'a\\ud800'"):
+        sila.Track("a\ud800", [0, 1], path)
     with pytest.raises(ValueError, match=r"b: expected finite numbers, found another in row 1"):
         sila.modified_hausdorff_m(path, [[0, 0], [np.nan, 1]])
     for call in (sila.Model().save, sila.Model.load):
