@@ -111,7 +111,7 @@ def learnt_parts(scenes: Sequence[FieldScene], index: int, learnt: str, seed: in
         others = [(other.name, other.tracks) for i, other in enumerate(scenes) if i != index]
         yield FramedTracks.joined(others), scene.tracks, np.arange(len(scene.track_ids))
         return
-    person = np.unique([person_of(track) for track in scene.tracks.ids], return_inverse=True)[1]
+    person: Any = np.unique([person_of(track) for track in scene.tracks.ids], return_inverse=True)[1]
     for rest, fold in folds(person, seed=seed):
         held_back = taken(scene.tracks, fold)
         yield taken(scene.tracks, rest), held_back, np.flatnonzero(np.isin(scene.track_ids, held_back.ids))
