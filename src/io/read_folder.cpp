@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <iterator>
-#include <ranges>
 #include <regex>
 
 #include "core/dropped_rows.hpp"
@@ -87,14 +86,16 @@ std::vector<FrameFile> deepstream_files(std::span<const std::filesystem::path> f
 /// Lines `type id truncated ...` of a frame as those of KITTI, which begin with `frame id type`.
 std::string kitti_lines(const std::string& frame, std::string_view text) {
   std::string lines;
-  for (const auto line : std::views::split(text, '\n')) {
-    std::vector<std::string_view> cells = cells_of({line.begin(), line.end()}, ' ');
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    std::vector<std::string_view> cells = cells_of(text.substr(begin, end - begin), ' ');
     if (cells.size() > 1) {
       std::swap(cells[0], cells[1]);
       lines += frame;
       for (const std::string_view cell : cells) lines += " " + std::string(cell);
     }
     lines += "\n";
+    begin = end + 1;
   }
   return lines;
 }
