@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <numeric>
 
@@ -21,10 +22,12 @@ constexpr double kOtherSitesWindows = 20.0;
 /// The prior of a model counts at a trained site like this number of windows.
 constexpr double kElsewhereWindows = 200.0;
 
-/// Along and across the predicted way.
+/// Along and across the predicted way. Without a way, the square of the error has equal parts in both directions, so
+/// that the axes of the world do not matter.
 Vector2 oriented(const Vector2& way, const Vector2& error) {
-  const Vector2 along = unit_along(way);
-  return {along.dot(error), cross(along, error)};
+  const double length = way.norm();
+  if (length < 1e-9) return Vector2::Constant(std::sqrt(0.5) * error.norm());
+  return Vector2(way.dot(error), cross(way, error)) / length;
 }
 
 /// Scores under a density that was fitted to fewer windows count less, because that density still changes.

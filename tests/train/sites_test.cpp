@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <stdexcept>
 
@@ -217,6 +218,44 @@ TEST(Sites, RejectAUnitThatIsNotThatOfTheScaling) {
   Tracks tracks = here(5, 1);
   for (FramedTrajectory& placed : tracks) placed.frame = testing::square_frame(2.0, CurbScaling::mean_width);
   EXPECT_THROW(run_episode({}, tracks, kConfig), std::invalid_argument);
+}
+
+/// Tracks and their frames, turned about the origin of the world.
+Tracks turned(Tracks tracks, const Matrix2& rotation) {
+  for (FramedTrajectory& placed : tracks) {
+    for (Vector2* part : {&placed.frame.origin_m, &placed.frame.axis_1, &placed.frame.axis_2}) *part = rotation * *part;
+    for (Vector2& p : placed.track.positions_m) p = rotation * p;
+  }
+  return tracks;
+}
+
+TEST(Sites, PredictTheSameInAnyAxesOfTheWorld) {
+  const Matrix2 rotation = Eigen::Rotation2Dd(0.7).toRotationMatrix();
+  Tracks tracks = here(60, 1);
+  for (std::size_t i = 0; i < tracks.size(); i += 2) {  // every second person stands before walking
+    Trajectory& track = tracks[i].track;
+    track.positions_m.insert(track.positions_m.begin(), 80, Vector2(track.positions_m.front()));
+    for (std::size_t k = track.times_s.size(); k < track.positions_m.size(); ++k)
+      track.times_s.push_back(0.1 * static_cast<double>(k));
+  }
+  const Tracks other = turned(tracks, rotation);
+  const Model model = learnt(tracks), model_of_other = learnt(other);
+  const Predictor predictor(model, kConfig.predict), of_other(model_of_other, kConfig.predict);
+  const auto windows = windows_of(tracks, kConfig.sampling, kConfig.predict, 1.0);
+  const auto other_windows = windows_of(other, kConfig.sampling, kConfig.predict, 1.0);
+  int standing = 0;
+  for (std::size_t w = 0; w < windows.size(); ++w) {
+    const Prediction a = predictor.predict(windows[w].observed), b = of_other.predict(other_windows[w].observed);
+    standing += a.standing ? 1 : 0;
+    ASSERT_EQ(a.modes.size(), b.modes.size());
+    for (std::size_t m = 0; m < a.modes.size(); ++m) {
+      EXPECT_NEAR(a.modes[m].weight, b.modes[m].weight, 1e-9);
+      EXPECT_LT((rotation * a.modes[m].path_m.back() - b.modes[m].path_m.back()).norm(), 1e-9);
+      const Matrix2 covariance_m2 = rotation * a.modes[m].covariances_m2.back() * rotation.transpose();
+      EXPECT_LT((covariance_m2 - b.modes[m].covariances_m2.back()).norm(), 1e-9);
+    }
+  }
+  EXPECT_GT(standing, 100);
 }
 
 }  // namespace
