@@ -16,31 +16,27 @@ def run(*command):
     return subprocess.run(command, check=True, capture_output=True, text=True).stdout
 
 
-def episodes_of(program, model):
-    """Numbers and tracks of the episodes in the file, and the output of `sila inspect`."""
-    try:
-        inspected = json.loads(run(program, "inspect", model, "--json"))
-    except subprocess.CalledProcessError:
-        if os.path.getsize(model) > 0:
-            raise
-        # Killed within the transaction that creates the file: SQLite rolls back to an empty file.
-        return [], {"episodes": 0, "tracks": 0}
+def check_file(program, model, reported):
+    """Numbers and tracks of the episodes in the file, and its fault. `reported`: how many were reported as stored."""
+    verified = subprocess.run([program, "verify", model], capture_output=True, text=True)
+    # Killed within the transaction that creates the file: SQLite rolls back to an empty file.
+    if not os.path.exists(model) or os.path.getsize(model) == 0:
+        return [], "the model file is gone" if reported else None
+    if verified.returncode != 0:
+        return [], f"verify: {verified.stdout}{verified.stderr}"
+    inspected = json.loads(run(program, "inspect", model, "--json"))
     with sqlite3.connect(f"file:{model}?mode=ro", uri=True) as database:
         rows = database.execute("SELECT number, tracks FROM episodes ORDER BY number").fetchall()
-    return rows, inspected
-
-
-def check(rows, inspected, reported):
-    numbers = [number for number, _ in rows]
+    numbers, fault = [number for number, _ in rows], None
     if numbers != list(range(1, len(numbers) + 1)):
-        return f"the numbers of the episodes are {numbers}"
-    if not reported <= len(numbers) <= reported + 1:
-        return f"{len(numbers)} episodes are in the file, {reported} were reported as stored"
-    if inspected["episodes"] != len(numbers):
-        return f"the model has {inspected['episodes']} episodes, the file has {len(numbers)}"
-    if inspected["tracks"] != sum(tracks for _, tracks in rows):
-        return f"the model has {inspected['tracks']} tracks, its episodes {sum(tracks for _, tracks in rows)}"
-    return None
+        fault = f"the numbers of the episodes are {numbers}"
+    elif not reported <= len(numbers) <= reported + 1:
+        fault = f"{len(numbers)} episodes are in the file, {reported} were reported as stored"
+    elif inspected["episodes"] != len(numbers):
+        fault = f"the model has {inspected['episodes']} episodes, the file has {len(numbers)}"
+    elif inspected["tracks"] != sum(tracks for _, tracks in rows):
+        fault = f"the model has {inspected['tracks']} tracks, its episodes {sum(tracks for _, tracks in rows)}"
+    return rows, fault
 
 
 def main():
@@ -65,21 +61,11 @@ def main():
             player = subprocess.Popen([program, "replay", tracks, "--apart", "0.4", "--rate", "60", "--to", "unix:" + socket],
                                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
             time.sleep(chance.uniform(0.05, LONGEST_S))
-            before = service.stored
             service.end(signal.SIGKILL)
             player.kill()
             player.wait()
-            if not os.path.exists(model):
-                if before > 0:
-                    failures.append(f"kill {kill}: the model file is gone")
-                continue
-            try:
-                rows, inspected = episodes_of(program, model)
-            except (subprocess.CalledProcessError, sqlite3.Error) as error:
-                failures.append(f"kill {kill}: the file does not open: {getattr(error, 'stderr', error)}")
-                break
             reported = max(service.stored, stored)
-            fault = check(rows, inspected, reported)
+            rows, fault = check_file(program, model, reported)
             if fault:
                 failures.append(f"kill {kill}: {fault}")
             busy += len(rows) > stored

@@ -7,9 +7,9 @@ file in the last third of the time are at most --most-growth times those of the 
     tools/soak_test.py --minutes 30 [--program build/release/cli/sila]
 """
 
-import argparse, os, random, signal, sqlite3, statistics, subprocess, sys, tempfile, time
+import argparse, os, random, signal, statistics, sys, tempfile, time
 
-from kill_test import check, episodes_of
+from kill_test import check_file
 from live_client import Service, Walkers, simulate, two_free_ports
 
 PEOPLE = 10  # at a time
@@ -48,21 +48,6 @@ def watch(service, walkers, model, until, samples, faults):
             return faults.append(f"the service ended by itself: {walkers.broken}; {service.log[-3:]}")
         file_mb = os.path.getsize(model) / 1e6 if os.path.exists(model) else 0.0
         samples.append({"resident_mb": service.resident_mb(), "file_mb": file_mb})
-
-
-def check_file(program, model, reported, stored):
-    """Rows of the file, and its fault."""
-    if not os.path.exists(model):
-        return [], "the model file is gone" if max(reported, stored) else None
-    try:
-        rows, inspected = episodes_of(program, model)
-        verified = subprocess.run([program, "verify", model], capture_output=True, text=True)
-    except (subprocess.CalledProcessError, sqlite3.Error) as error:
-        return [], f"the file does not open: {getattr(error, 'stderr', error)}"
-    fault = check(rows, inspected, max(reported, stored))
-    if verified.returncode != 0:
-        fault = f"verify: {verified.stdout}{verified.stderr}"
-    return rows, fault
 
 
 def main():
@@ -110,7 +95,7 @@ def main():
                 faults.append(f"lines of a good client were rejected: {walkers.rejected}")
             if walkers.predictions == 0:
                 faults.append("nothing was predicted")
-            rows, fault = check_file(program, model, service.stored, stored)
+            rows, fault = check_file(program, model, max(service.stored, stored))
             if fault:
                 faults.append(fault)
             total["unreported"] += len(rows) == max(service.stored, stored) + 1
