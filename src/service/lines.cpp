@@ -32,10 +32,8 @@ ParsedLine parse_line(std::string_view line, const ReadOptions& options, bool ha
 
 std::optional<std::string> parse_token(std::string_view line) {
   const nlohmann::json object = shallow_json(line);
-  if (!object.is_object()) return std::nullopt;
-  const auto token = object.find("token");
-  if (token == object.end() || !token->is_string()) return std::nullopt;
-  return token->get<std::string>();
+  const nlohmann::json& token = member(object, "token");
+  return token.is_string() ? std::optional(token.get<std::string>()) : std::nullopt;
 }
 
 std::string rejection_line(Rejection rejection, std::size_t count) {
