@@ -76,12 +76,10 @@ class RowReader {
   }
 
   void reject_lost() {
-    if (columns_.format == TrackFormat::kitti && number(columns_.x) == kUnknownKittiPlace_m && !fault_)
-      fault_ = Fault{DropReason::lost, {}};
-    if (columns_.lost != TrackColumns::kNone && number(columns_.lost) != 0.0 && !fault_)
-      fault_ = Fault{DropReason::lost, {}};
-    if (columns_.considered != TrackColumns::kNone && number(columns_.considered) == 0.0 && !fault_)
-      fault_ = Fault{DropReason::lost, {}};
+    const bool lost = (columns_.format == TrackFormat::kitti && number(columns_.x) == kUnknownKittiPlace_m) ||
+                      (columns_.lost != TrackColumns::kNone && number(columns_.lost) != 0.0) ||
+                      (columns_.considered != TrackColumns::kNone && number(columns_.considered) == 0.0);
+    if (lost && !fault_) fault_ = Fault{DropReason::lost, {}};
   }
 
   const std::optional<Fault>& fault() const { return fault_; }
