@@ -37,7 +37,6 @@ TrackFile read_vru_folder(const std::filesystem::path& folder, std::span<const s
   TrackFile result{{folder.string(), {}}, TrackFormat::vru};
   result.detections.own_clocks = true;
   std::vector<std::string> skipped;
-  std::size_t tracks = 0;
   for (const auto& path : files) {
     try {
       const std::string id = path.lexically_relative(folder).generic_string();
@@ -45,12 +44,11 @@ TrackFile read_vru_folder(const std::filesystem::path& folder, std::span<const s
       same.format = TrackFormat::vru;
       result.detections =
           joined(std::move(result.detections), tracks_of_text(path.string(), read_text(path), same, id).detections);
-      ++tracks;
     } catch (const FormatError& error) {
       skipped.emplace_back(error.what());
     }
   }
-  if (tracks == 0) {
+  if (skipped.size() == files.size()) {
     const std::string found = skipped.empty() ? "no .csv or .txt file" : "none (" + skipped.front() + ")";
     throw FormatError(folder.string(), 0,
                       "a folder of files that are one track each (header timestamp,x,y) or one frame each (DeepStream)",
@@ -58,7 +56,7 @@ TrackFile read_vru_folder(const std::filesystem::path& folder, std::span<const s
   }
   if (!skipped.empty()) {
     result.detections.warnings.push_back(folder.string() + ": " + std::to_string(skipped.size()) + " of " +
-                                         std::to_string(skipped.size() + tracks) +
+                                         std::to_string(files.size()) +
                                          " files skipped, the first: " + skipped.front());
   }
   return result;
