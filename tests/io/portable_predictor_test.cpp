@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include "sila/model/packing.hpp"
-#include "sila/train/episode.hpp"
 #include "support/learnt.hpp"
 #include "support/message_of.hpp"
 

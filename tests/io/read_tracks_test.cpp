@@ -4,7 +4,6 @@
 
 #include "io/files.hpp"
 #include "io/rows.hpp"
-#include "sila/core/clean.hpp"
 #include "sila/io/track_files.hpp"
 #include "support/message_of.hpp"
 
