@@ -240,23 +240,24 @@ std::vector<Vector2> future(const Trajectory& track, std::size_t last, std::size
   return path_m;
 }
 
-std::optional<double> next_due_s(double due_s, double time_s, double stride_s) {
+std::optional<double> next_due_s(double first_due_s, double due_s, double time_s, double stride_s) {
   if (time_s < due_s - kTimeSlack_s) return std::nullopt;
   if (stride_s < kShortestStride_s) return time_s;
-  while (due_s <= time_s + kTimeSlack_s) due_s += stride_s;
-  return due_s;
+  // Not due_s + stride_s, because sums of strides round too much at Unix times.
+  return first_due_s + stride_s * (std::floor((time_s + kTimeSlack_s - first_due_s) / stride_s) + 1.0);
 }
 
 std::vector<std::size_t> prediction_samples(const Trajectory& track, double observe_s, double stride_s) {
   if (!(stride_s >= 0.0)) throw invalid_argument("prediction_samples: stride_s must not be negative");
   validate(track);
   std::vector<std::size_t> samples;
-  double due = track.times_s.front() + observe_s;
+  const double first_due_s = track.times_s.front() + observe_s;
+  double due_s = first_due_s;
   for (std::size_t i = 0; i < track.times_s.size(); ++i) {
-    const std::optional<double> next_s = next_due_s(due, track.times_s[i], stride_s);
+    const std::optional<double> next_s = next_due_s(first_due_s, due_s, track.times_s[i], stride_s);
     if (!next_s) continue;
     samples.push_back(i);
-    due = *next_s;
+    due_s = *next_s;
   }
   return samples;
 }

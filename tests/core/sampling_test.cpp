@@ -146,6 +146,14 @@ TEST(Sampling, PredictionsAreDueAtRealSamplesFromTheObservedSpanOn) {
   EXPECT_EQ(prediction_samples(track, 3.2, 0.0), (std::vector<std::size_t>{4, 5, 6, 7, 8, 9}));
 }
 
+TEST(Sampling, PredictionsAreDueAtTheSameSamplesAtUnixTimes) {
+  const Trajectory track = testing::sampled(1000, 0.1, [](int k) { return Vector2(0.1 * k, 0.0); });
+  Trajectory later = track;
+  for (double& t : later.times_s) t += 1.7e9;
+  for (const double stride_s : {0.2, 0.4, 1.6})
+    EXPECT_EQ(prediction_samples(later, 0.4, stride_s), prediction_samples(track, 0.4, stride_s));
+}
+
 TEST(Sampling, TheFutureEndsWithTheTrack) {
   const Trajectory track = walk("a", {{0, 0}, {10, 0}}, 1.0);
   EXPECT_EQ(future(track, 50, 25, {}).size(), 25u);

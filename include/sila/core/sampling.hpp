@@ -55,9 +55,9 @@ std::vector<Vector2> past(const Trajectory& track, std::size_t last, double obse
 std::vector<Vector2> future(const Trajectory& track, std::size_t last, std::size_t steps, const SamplingConfig& config);
 
 /// The rule of `prediction_samples` for a track that still grows. If a prediction that is due at `due_s` is made at the
-/// sample at `time_s`, the time at which the next one is due; else null. The first is due observe_s after the start of
-/// the track. With `stride_s` = 0 one is due at each sample.
-std::optional<double> next_due_s(double due_s, double time_s, double stride_s);
+/// sample at `time_s`, the time at which the next one is due; else null. The first is due at `first_due_s`, observe_s
+/// after the start of the track. With `stride_s` = 0 one is due at each sample.
+std::optional<double> next_due_s(double first_due_s, double due_s, double time_s, double stride_s);
 
 /// Indices of the samples at which predictions are due: the first at or after `observe_s` from the start, then the
 /// first at or after each further `stride_s` (0: each sample), to the end of the track. Throws: std::invalid_argument
