@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <iterator>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -16,10 +15,9 @@
 namespace sila {
 namespace {
 
-using Parts = std::vector<const SparseGp*>;
+using Parts = std::span<const SparseGp* const>;
 
-void require_parts(std::span<const SparseGp* const> parts, const GpData& data,
-                   const std::optional<Hyperparameters>& data_hyperparameters) {
+void require_parts(Parts parts, const GpData& data, const std::optional<Hyperparameters>& data_hyperparameters) {
   if (parts.empty()) throw invalid_argument("fuse_gps: parts is empty, there must be one");
   const Eigen::Index inputs = parts.front()->pseudo_inputs.rows(), outputs = parts.front()->mean.size();
   for (const SparseGp* part : parts) {
@@ -40,8 +38,7 @@ Eigen::ArrayXd theta_of(const Kernel& kernel, double noise_variance) {
 }
 
 /// The points-weighted log mean, bit-identical if all agree. Precondition: a part, and each part has a point.
-Hyperparameters fused_hyperparameters(std::span<const SparseGp* const> parts,
-                                      const std::optional<Hyperparameters>& of_data = std::nullopt,
+Hyperparameters fused_hyperparameters(Parts parts, const std::optional<Hyperparameters>& of_data = std::nullopt,
                                       double data_points = 0.0) {
   const Eigen::ArrayXd first = theta_of(parts.front()->kernel, parts.front()->noise_variance);
   Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(first.size());
@@ -59,12 +56,11 @@ Hyperparameters fused_hyperparameters(std::span<const SparseGp* const> parts,
   return {{fused(0), fused.tail(fused.size() - 2)}, fused(1)};
 }
 
-Eigen::VectorXd fused_mean(const Parts& parts, const GpData& data, ConstantMean choice) {
-  if (choice == ConstantMean::zero)
-    return Eigen::VectorXd::Zero(parts.empty() ? data.outputs.cols() : parts.front()->mean.size());
-  const bool same =
-      data.inputs.cols() == 0 && !parts.empty() &&
-      std::all_of(parts.begin(), parts.end(), [&](const SparseGp* part) { return part->mean == parts.front()->mean; });
+Eigen::VectorXd fused_mean(Parts parts, const GpData& data, ConstantMean choice) {
+  if (choice == ConstantMean::zero) return Eigen::VectorXd::Zero(parts.front()->mean.size());
+  const bool same = data.inputs.cols() == 0 && std::all_of(parts.begin(), parts.end(), [&](const SparseGp* part) {
+                      return part->mean == parts.front()->mean;
+                    });
   if (same) return parts.front()->mean;
   Eigen::VectorXd sum = data.inputs.cols() > 0 ? Eigen::VectorXd(data.outputs.colwise().sum().transpose())
                                                : Eigen::VectorXd::Zero(parts.front()->mean.size()).eval();
@@ -76,10 +72,10 @@ Eigen::VectorXd fused_mean(const Parts& parts, const GpData& data, ConstantMean 
   return sum / points;
 }
 
-bool one_basis(const Parts& parts, const Kernel& kernel) {
-  return !parts.empty() && parts.front()->kernel == kernel &&
-         std::all_of(parts.begin(), parts.end(),
-                     [&](const SparseGp* part) { return detail::same_basis(*part, *parts.front()); });
+bool one_basis(Parts parts, const Kernel& kernel) {
+  return parts.front()->kernel == kernel && std::all_of(parts.begin(), parts.end(), [&](const SparseGp* part) {
+           return detail::same_basis(*part, *parts.front());
+         });
 }
 
 /// The columns in lexicographic order.
@@ -113,7 +109,7 @@ std::optional<Basis> grown_basis(const SparseGp& part, const Eigen::MatrixXd& fr
 }
 
 /// The part that holds nearly all points, if it is at its limit of pseudo-inputs.
-const SparseGp* dominant_part(const Parts& parts, const GpData& data, const Kernel& kernel, const GpConfig& config) {
+const SparseGp* dominant_part(Parts parts, const GpData& data, const Kernel& kernel, const GpConfig& config) {
   const double points = std::transform_reduce(parts.begin(), parts.end(), static_cast<double>(data.inputs.cols()),
                                               std::plus<>(), [](const SparseGp* part) { return part->points; });
   const auto dominant = std::find_if(parts.begin(), parts.end(), [&](const SparseGp* part) {
@@ -125,7 +121,7 @@ const SparseGp* dominant_part(const Parts& parts, const GpData& data, const Kern
 
 /// If all parts have one basis it is kept and extended; a dominant part keeps its own; else all are candidates,
 /// sorted so that the order of the parts does not matter.
-Basis fused_basis(const Parts& parts, const GpData& data, const Kernel& kernel, const GpConfig& config) {
+Basis fused_basis(Parts parts, const GpData& data, const Kernel& kernel, const GpConfig& config) {
   const Eigen::MatrixXd fresh = data.inputs.cols() > 0 ? detail::candidates_for(kernel, data.inputs)
                                                        : Eigen::MatrixXd(kernel.length_scales.size(), 0);
   if (one_basis(parts, kernel)) {
@@ -142,7 +138,7 @@ Basis fused_basis(const Parts& parts, const GpData& data, const Kernel& kernel, 
     candidates.middleCols(filled, part->pseudo_inputs.cols()) = part->pseudo_inputs;
     filled += part->pseudo_inputs.cols();
   }
-  if (!parts.empty()) candidates = candidates(Eigen::all, sorted_order(candidates)).eval();
+  candidates = candidates(Eigen::all, sorted_order(candidates)).eval();
   auto selection = detail::select_greedily(kernel, candidates, config.max_fused_pseudo_inputs, config.selection_stop,
                                            default_jitter);
   return {candidates(Eigen::all, selection.chosen), std::move(selection.lower), default_jitter};
@@ -181,22 +177,16 @@ GpData pooled(const std::vector<const GpData*>& parts) {
 
 }  // namespace
 
-SparseGp fuse_gps(std::span<const SparseGp* const> parts, const GpData& data, const GpConfig& config,
+SparseGp fuse_gps(Parts parts, const GpData& data, const GpConfig& config,
                   const std::optional<Hyperparameters>& data_hyperparameters) {
   validate(config);
   require_parts(parts, data, data_hyperparameters);
-  Parts known;
-  std::copy_if(parts.begin(), parts.end(), std::back_inserter(known), [](const SparseGp* p) { return p->points > 0; });
-  if (data.inputs.cols() == 0 && known.size() == 1) return *known.front();
-  if (data.inputs.cols() == 0 && known.empty()) return *parts.front();
   const double data_points = static_cast<double>(data.inputs.cols());
-  const Hyperparameters without_data{parts.front()->kernel, parts.front()->noise_variance};
-  const Hyperparameters theta = known.empty() ? data_hyperparameters.value_or(without_data)
-                                              : fused_hyperparameters(known, data_hyperparameters, data_points);
-  const auto [pseudo_inputs, lower, jitter] = fused_basis(known, data, theta.kernel, config);
+  const Hyperparameters theta = fused_hyperparameters(parts, data_hyperparameters, data_points);
+  const auto [pseudo_inputs, lower, jitter] = fused_basis(parts, data, theta.kernel, config);
   SparseGp fused = detail::unchecked_prior(theta.kernel, theta.noise_variance, pseudo_inputs,
-                                           fused_mean(known, data, config.constant_mean), jitter);
-  for (const SparseGp* part : known) {
+                                           fused_mean(parts, data, config.constant_mean), jitter);
+  for (const SparseGp* part : parts) {
     if (part->pseudo_inputs.cols() == 0) {  // only its constant mean is known
       fused.points += part->points;
     } else if (config.fusion == GpFusion::transfer) {
@@ -210,7 +200,7 @@ SparseGp fuse_gps(std::span<const SparseGp* const> parts, const GpData& data, co
 }
 
 SparseGp fuse_sources(std::span<const GpSource> sources, const GpConfig& config) {
-  Parts stored, fresh;
+  std::vector<const SparseGp*> stored, fresh;
   std::vector<const GpData*> data;
   for (const auto& [gp, data_of_gp] : sources) {
     if (!(gp->points > 0.0)) continue;

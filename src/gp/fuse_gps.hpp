@@ -11,10 +11,10 @@ namespace sila {
 /// Fuses parts, whose data are gone, and new data into one GP. Give the data or the GP fitted to them, never both.
 /// Kernel and noise are the points-weighted log mean of the parts' (bit-identical if they agree), the constant mean is
 /// the points-weighted mean; pseudo-inputs are chosen greedily from those of the parts and the lattice points near the
-/// data. Independent of the order of the parts up to rounding. One part and no data: that part, unchanged.
-/// `data_hyperparameters` is the theta of the data's own fit: it joins the weighted mean, and is used alone if no part
-/// has a point. Shapes: data may be empty (0 points). Throws: std::invalid_argument without a part, or if the shapes
-/// disagree. Source: docs/gp.md, section 8; config.fusion = pseudo_data: section 9 (Suk, Wang, Lee 2012).
+/// data. Independent of the order of the parts up to rounding. `data_hyperparameters` is the theta of the data's own
+/// fit: it joins the weighted mean. Shapes: data may be empty (0 points); each part has a point. Throws:
+/// std::invalid_argument without a part, or if the shapes disagree. Source: docs/gp.md, section 8; config.fusion =
+/// pseudo_data: section 9 (Suk, Wang, Lee 2012).
 SparseGp fuse_gps(std::span<const SparseGp* const> parts, const GpData& data, const GpConfig& config = {},
                   const std::optional<Hyperparameters>& data_hyperparameters = std::nullopt);
 

@@ -162,13 +162,15 @@ TEST(Transfer, ToASupersetLosesNothingInSpiteOfTheJitter) {
   });
 }
 
-TEST(FuseGps, WithAnEmptyGpChangesNothing) {
+TEST(FuseSources, OfAnEmptyGpAndAnotherIsTheOther) {
   for_seeds(seeds, [](Generator& make, unsigned) {
-    const SparseGp gp = fit_sparse_gp(make.data(2, 60, 2), make.hyperparameters(2));
-    const Hyperparameters other = make.hyperparameters(2);
-    const SparseGp empty = prior_gp(other.kernel, other.noise_variance, make.points(2, 4), vector({3, 3}));
-    EXPECT_TRUE(fuse({&gp, &empty}, nothing()) == gp);
-    EXPECT_TRUE(fuse({&empty, &gp}, nothing()) == gp);
+    const GpData data = make.data(2, 60, 2);
+    const SparseGp gp = fit_sparse_gp(data, make.hyperparameters(2));
+    const SparseGp empty = fit_sparse_gp(nothing(), make.hyperparameters(2));
+    for (const GpSource& source : {GpSource{&gp}, GpSource{&gp, &data}}) {
+      EXPECT_TRUE(fuse_sources(std::array{source, GpSource{&empty}}, {}) == gp);
+      EXPECT_TRUE(fuse_sources(std::array{GpSource{&empty}, source}, {}) == gp);
+    }
   });
 }
 
@@ -233,15 +235,8 @@ TEST(FuseGps, WithDataOnOldGroundIsExactlyConditioning) {
       1e-10, make);
 }
 
-TEST(FuseGps, OfDataAndAPartWithoutPointsIsAFit) {
-  Generator make(9);
-  const Hyperparameters theta = make.hyperparameters(2);
-  const GpData data = make.data(2, 50, 2);
-  const SparseGp empty = fit_sparse_gp(nothing(), make.hyperparameters(2));
-  const SparseGp fused = fuse_gps(std::array{&empty}, data, {}, theta);
-  expect_same_predictions(fused, fit_sparse_gp(data, theta), 1e-10, make);
-  EXPECT_EQ(fused.points, 50.0);
-  EXPECT_THROW(fuse_gps({}, data, {}, theta), std::invalid_argument);
+TEST(FuseGps, NeedsAPart) {
+  EXPECT_THROW(fuse_gps({}, Generator(9).data(2, 50, 2)), std::invalid_argument);
 }
 
 TEST(FuseGps, OfPartsWithOnePointIsTheirMean) {
@@ -274,19 +269,17 @@ TEST(FuseGps, EpisodeAfterEpisodeStaysCloseToOneFitOfAllData) {
   for_seeds(4, [](Generator& make, unsigned) {
     const Hyperparameters theta{{0.8, vector({1.5, 1.5})}, 0.04};
     const GpConfig config{.max_pseudo_inputs = 40, .max_fused_pseudo_inputs = 40};
-    GpData all = nothing();
-    SparseGp episodes = fit_sparse_gp(all, theta, config);
-    SparseGp pseudo_data = episodes;
     GpConfig suk = config;
     suk.fusion = GpFusion::pseudo_data;
-    GpData last;
+    GpData all = nothing(), last;
+    SparseGp episodes, pseudo_data;
     for (int episode = 0; episode < 15; ++episode) {  // a window that moves over the field
       Eigen::MatrixXd inputs = make.points(2, 30, 3.0);
       inputs.row(0).array() += -3.0 + 6.0 * episode / 14.0;
       last = make.data_at(inputs, 2);
       all = joined(all, last);
-      episodes = fuse({&episodes}, last, config);
-      pseudo_data = fuse({&pseudo_data}, last, suk);
+      episodes = episode == 0 ? fit_sparse_gp(last, theta, config) : fuse({&episodes}, last, config);
+      pseudo_data = episode == 0 ? episodes : fuse({&pseudo_data}, last, suk);
     }
     Eigen::MatrixXd where = make.points(2, 300, 3.0);
     where.row(0) *= 3.0;
