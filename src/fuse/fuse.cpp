@@ -111,7 +111,7 @@ struct Support {
 
 /// D'': the kept primitives, the first of each tuple of the fusion set as the mean of the tuple.
 std::vector<MotionPrimitive> fused_primitives(const Model& previous, const Model& incoming, const FusionPlan& plan,
-                                              const FuseConfig& config) {
+                                              PrimitiveMean mean) {
   std::map<int, const std::vector<int>*> tuples;
   for (const std::vector<int>& tuple : plan.fusion_set) tuples[tuple.front()] = &tuple;
   std::vector<MotionPrimitive> result;
@@ -128,7 +128,7 @@ std::vector<MotionPrimitive> fused_primitives(const Model& previous, const Model
       int& side = member < static_cast<int>(previous.primitives.size()) ? support.previous : support.incoming;
       side = std::max(side, members.back()->support);
     }
-    result.push_back(mean_primitive(members, config.mean, config.drop_below));
+    result.push_back(mean_primitive(members, mean));
     result.back().support = support.sum();
   }
   return result;
@@ -193,7 +193,7 @@ FuseResult carry_out(FusionProblem problem, FusionPlan plan, const Model& previo
       counts_of_groups(problem, plan, all_counts(previous, incoming.model, joined), config.split_credit);
   Model model;
   model.settings = previous.empty() ? incoming.model.settings : previous.settings;
-  model.primitives = fused_primitives(previous, incoming.model, plan, config);
+  model.primitives = fused_primitives(previous, incoming.model, plan, config.mean);
   model.transitions = fused_transitions(previous, incoming, plan, std::move(counts), config.gp);
   model.sites = std::move(joined.sites);
   model.sharing = config.sites;

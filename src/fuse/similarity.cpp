@@ -127,7 +127,7 @@ SimilarityEdges leaf_similarities(const SimilarityEdges& graph, const Model& pre
   return result;
 }
 
-MotionPrimitive mean_primitive(std::span<const MotionPrimitive* const> members, PrimitiveMean mean, double drop_below) {
+MotionPrimitive mean_primitive(std::span<const MotionPrimitive* const> members, PrimitiveMean mean) {
   std::map<CellKey, Vector2> sums;
   double total = 0.0;
   MotionPrimitive result{{}, 0.0};
@@ -145,7 +145,8 @@ MotionPrimitive mean_primitive(std::span<const MotionPrimitive* const> members, 
   }
   if (!(longest > 0.0)) throw invalid_argument("mean_primitive: members = none, or they cancel out in every cell");
   for (const auto& [cell, sum] : sums) {
-    if (sum.norm() >= std::min(drop_below, longest) && !sum.isZero(0.0)) result.cells.push_back({cell, sum});
+    if (sum.norm() >= std::min(FuseConfig::drop_below, longest) && !sum.isZero(0.0))
+      result.cells.push_back({cell, sum});
   }
   return result;
 }

@@ -58,9 +58,9 @@ SimilarityEdges similarity_graph(const Model& previous, const Model& incoming, d
 /// indices, sorted.
 SimilarityEdges leaf_similarities(const SimilarityEdges& graph, const Model& previous, const Model& incoming);
 
-/// The mean of primitives that are fused, cell by cell; weights add. Arrows shorter than `drop_below` are dropped, but
-/// the longest stays, so that no primitive is left empty. Throws: std::invalid_argument without members, or if they
-/// cancel out in every cell. Source: SILA paper, Alg. 2, "average". Differs: docs/decisions/0044.
-MotionPrimitive mean_primitive(std::span<const MotionPrimitive* const> members, PrimitiveMean mean, double drop_below);
+/// The mean of primitives that are fused, cell by cell; weights add. Arrows shorter than FuseConfig::drop_below are
+/// dropped, but the longest stays, so that no primitive is left empty. Throws: std::invalid_argument without members,
+/// or if they cancel out in every cell. Source: SILA paper, Alg. 2, "average". Differs: docs/decisions/0044.
+MotionPrimitive mean_primitive(std::span<const MotionPrimitive* const> members, PrimitiveMean mean);
 
 }  // namespace sila

@@ -15,9 +15,8 @@ const MotionPrimitive kB = row_of_arrows(3, 6);
 const MotionPrimitive kC = row_of_arrows(1, 3);
 constexpr double kRounding = 1e-10;  // of the numbers below, given to ten digits
 
-MotionPrimitive mean(const std::vector<const MotionPrimitive*>& members, PrimitiveMean how = PrimitiveMean::plain,
-                     double drop_below = 0.05) {
-  return mean_primitive(members, how, drop_below);
+MotionPrimitive mean(const std::vector<const MotionPrimitive*>& members, PrimitiveMean how = PrimitiveMean::plain) {
+  return mean_primitive(members, how);
 }
 
 std::vector<double> lengths(const MotionPrimitive& primitive) {
@@ -149,7 +148,6 @@ TEST(MeanPrimitive, DropsFadedArrowsButNotTheLongest) {
   EXPECT_EQ(mean({&a, &kC}).cells.size(), 3u);  // cell 3 of C is halved, not faded
   const MotionPrimitive first = row_of_arrows(1, 1);
   EXPECT_EQ(mean({&a, &first}).cells.size(), 1u);  // 0.045
-  EXPECT_EQ(mean({&a, &first}, PrimitiveMean::plain, 0.0).cells.size(), 2u);
   const MotionPrimitive faint = row_of_arrows(1, 3, 0.01);
   EXPECT_EQ(mean({&faint, &faint}).cells.size(), 3u);
 }
