@@ -1,7 +1,5 @@
 #pragma once
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -68,21 +66,6 @@ inline bool same(const MotionPrimitive& a, const MotionPrimitive& b) {
                                             [](const CellVelocity& c, const CellVelocity& d) {
                                               return c.cell == d.cell && c.velocity == d.velocity;
                                             });
-}
-
-inline bool same(const Transition& a, const Transition& b) {
-  return a.from == b.from && a.to == b.to && a.count == b.count && same(a.field, b.field);
-}
-
-/// Bit for bit, error statistics aside.
-inline void expect_same(const Model& a, const Model& b) {
-  EXPECT_TRUE(a.settings == b.settings);
-  EXPECT_EQ(a.episodes, b.episodes);
-  EXPECT_EQ(a.tracks, b.tracks);
-  ASSERT_EQ(a.primitives.size(), b.primitives.size());
-  ASSERT_EQ(a.transitions.size(), b.transitions.size());
-  for (std::size_t p = 0; p < a.primitives.size(); ++p) EXPECT_TRUE(same(a.primitives[p], b.primitives[p])) << p;
-  for (std::size_t t = 0; t < a.transitions.size(); ++t) EXPECT_TRUE(same(a.transitions[t], b.transitions[t])) << t;
 }
 
 }  // namespace sila
