@@ -7,7 +7,7 @@
 #include "fuse/fuse_fields.hpp"
 #include "gp/fuse_gps.hpp"
 #include "overlap.hpp"
-#include "refine/refine.hpp"
+#include "refine/residual.hpp"
 
 namespace sila {
 namespace {

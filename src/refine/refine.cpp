@@ -10,6 +10,7 @@
 #include "gp/fit.hpp"
 #include "gp/fuse_gps.hpp"
 #include "learn/transitions.hpp"
+#include "refine/residual.hpp"
 
 namespace sila {
 namespace {

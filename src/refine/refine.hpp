@@ -1,9 +1,8 @@
 #pragma once
 
-#include "refine/residual.hpp"
 #include "sila/fuse/fuse.hpp"
-#include "sila/gp/sparse_gp.hpp"
 #include "sila/learn/learn.hpp"
+#include "sila/refine/config.hpp"
 
 // SILA's verbs with the refinement: the same names with one more argument. The paper's part of the result equals that
 // of the verb alone; residual GPs are learnt by the segments and merged by the fusion plan that the verb returns.
