@@ -91,7 +91,6 @@ Candidates find_candidates(const FlowFieldIndex& fields, std::span<const int> ne
                            const PredictConfig& config, Scratch& scratch) {
   Candidates found;
   const std::size_t samples = observed.positions.size();
-  if (samples == 0) return found;
   const double interval_s = samples > 1 ? observed.times_s[1] - observed.times_s[0] : 1.0;
   const auto scored = static_cast<std::size_t>(std::max(1L, std::lround(config.likelihood_s / interval_s)));
   const auto least_unknown = scratch.array<double>(std::min(samples, scored));

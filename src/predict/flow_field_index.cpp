@@ -212,7 +212,7 @@ const FlowFieldIndex::Bucket* FlowFieldIndex::bucket_at(const Vector2& position,
 
 std::span<const int> FlowFieldIndex::near(const CurbTrajectory& observed, std::optional<int> site,
                                           Scratch& scratch) const {
-  const Bucket* bucket = observed.positions.empty() ? nullptr : bucket_at(observed.positions.back(), site);
+  const Bucket* bucket = bucket_at(observed.positions.back(), site);
   if (!bucket) return {};
   if (bucket->summaries.empty()) return bucket->transitions;
   const auto ranked = scratch.array<Ranked>(bucket->summaries.size());

@@ -78,7 +78,7 @@ Vector2 interpolated(const Eigen::Ref<const Eigen::Matrix2Xd>& knots_mps, double
 
 std::span<const ExpertPrediction> predict_experts(const ResidualIndex& index, std::span<const int> near,
                                                   const CurbTrajectory& observed, Scratch& scratch) {
-  if (index.knots() == 0 || observed.positions.empty()) return {};
+  if (index.knots() == 0) return {};
   const ResidualInput state = residual_input(observed);
   const auto experts = scratch.array<ExpertPrediction>(near.size());
   std::size_t count = 0;
