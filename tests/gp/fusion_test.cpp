@@ -44,7 +44,7 @@ void expect_same_predictions(const SparseGp& a, const SparseGp& b, double tolera
 /// observations.
 struct Score {
   double error = 0.0;
-  double nonconformity = 0.0;
+  double nll = 0.0;
 };
 
 Score score(const SparseGp& gp, const GpData& truth) {
@@ -56,7 +56,7 @@ Score score(const SparseGp& gp, const GpData& truth) {
     const double squared = (prediction.mean - truth.outputs.row(n).transpose()).squaredNorm();
     const double variance = prediction.variance + gp.noise_variance;
     sum.error += squared / count;
-    sum.nonconformity += 0.5 * (squared / variance / 2.0 + std::log(2.0 * std::numbers::pi * variance)) * 2.0 / count;
+    sum.nll += 0.5 * (squared / variance / 2.0 + std::log(2.0 * std::numbers::pi * variance)) * 2.0 / count;
   }
   sum.error = std::sqrt(sum.error);
   return sum;
@@ -289,7 +289,7 @@ TEST(FuseGps, EpisodeAfterEpisodeStaysCloseToOneFitOfAllData) {
     const Score suks = score(pseudo_data, truth);
     const Score only_last = score(fit_sparse_gp(last, theta, config), truth);
     EXPECT_LT(fused.error, 1.1 * batch.error);
-    EXPECT_LT(fused.nonconformity, batch.nonconformity + 0.03);
+    EXPECT_LT(fused.nll, batch.nll + 0.03);
     EXPECT_LT(suks.error, 2.0 * batch.error);
     EXPECT_GT(only_last.error, 2.0 * batch.error);
     EXPECT_EQ(episodes.points, 450.0);

@@ -29,7 +29,7 @@ std::vector<double> probabilities(const MotionChange& change, const HazardFeatur
   return result;
 }
 
-/// Positions along x, `interval` apart.
+/// Positions along x, `kInterval_s` apart.
 std::vector<Vector2> walk(double from_m, double speed_mps, std::size_t steps) {
   std::vector<Vector2> path_m;
   for (std::size_t j = 0; j < steps; ++j)
@@ -81,7 +81,7 @@ TEST(MotionChange, TheIntervalOfTheStepsDoesNotMatterMuch) {
   EXPECT_NEAR(fine, coarse, 0.05);
 }
 
-/// Moments of people whose hazard is 0.02 a step, learnt in episodes of 50.
+/// Moments of people with the same hazard in each step, learnt in episodes of 50.
 RegressionMoments learnt(double hazard, int episodes, std::mt19937& random) {
   RegressionMoments moments = no_moments();
   std::geometric_distribution<std::size_t> step(hazard);

@@ -27,8 +27,8 @@ inline const Model& corner_model() {
 }
 
 /// The partitions of a fleet, in the order of the tracks.
-inline std::vector<Partition> leaves_of(std::span<const FramedTrajectory> tracks, std::size_t partition,
-                                        std::size_t batch) {
+inline std::vector<Partition> partitions_of(std::span<const FramedTrajectory> tracks, std::size_t partition,
+                                            std::size_t batch) {
   std::vector<Partition> partitions;
   for (std::size_t i = 0; i < tracks.size(); i += partition) {
     const auto part = tracks.subspan(i, std::min(partition, tracks.size() - i));

@@ -21,7 +21,7 @@ inline ::testing::AssertionResult finite(const std::vector<double>& numbers, con
   return ::testing::AssertionSuccess();
 }
 
-/// Smallest noise of a field [widths²/s²]: as configured, or the floor of a fit.
+/// Smallest noise variance of a field [curb units²/s²]: as configured, or the floor of a fit.
 inline double least_noise(const EpisodeConfig& config, const Model& model) {
   const double width_m = model.settings.reference_width_m;
   const FieldConfig& field = config.learn.field;

@@ -18,7 +18,7 @@ namespace sila {
 namespace {
 
 using testing::learnt;
-using testing::leaves_of;
+using testing::partitions_of;
 
 const EpisodeConfig kConfig;
 
@@ -129,9 +129,9 @@ TEST(FuseModels, AddsTheErrorStatisticsOfEachSite) {
            "those of sampling.interval_s = 0.2, predict.horizon_s = 0.8"));
 }
 
-TEST(Fleet, IsTheSameInWhateverOrderItsLeavesCome) {
+TEST(Fleet, IsTheSameInWhateverOrderItsPartitionsCome) {
   const Tracks tracks = testing::corner_walks(110, 9);
-  std::vector<Partition> partitions = leaves_of(tracks, 20, 10);
+  std::vector<Partition> partitions = partitions_of(tracks, 20, 10);
   const Model model = learn_fleet({}, partitions, kConfig);
   EXPECT_EQ(model.tracks, 110);
   EXPECT_EQ(model.episodes, 11);
@@ -146,7 +146,7 @@ TEST(Fleet, IsTheSameInWhateverOrderItsLeavesCome) {
 }
 
 TEST(Fleet, CorrectsPathsAsOneBatchAfterAnotherDoes) {
-  const Model model = learn_fleet({}, leaves_of(testing::corner_walks(80, 5), 20, 20), kConfig);
+  const Model model = learn_fleet({}, partitions_of(testing::corner_walks(80, 5), 20, 20), kConfig);
   const ErrorStatistics& statistics = model.refinement.error_statistics.front();
   EXPECT_GT(statistics.correction_share.weight, 0.0);
   EXPECT_GT(statistics.motion_share.weight, 0.0);
@@ -154,7 +154,7 @@ TEST(Fleet, CorrectsPathsAsOneBatchAfterAnotherDoes) {
 
 TEST(Fleet, LearnsNothingTwice) {
   const Tracks tracks = testing::corner_walks(80, 10);
-  std::vector<Partition> partitions = leaves_of(tracks, 40, 20);
+  std::vector<Partition> partitions = partitions_of(tracks, 40, 20);
   const Model model = learn_fleet({}, partitions, kConfig);
   EXPECT_TRUE(identical(learn_fleet(model, partitions, kConfig), model));
   partitions.push_back(partitions.front());
@@ -163,14 +163,14 @@ TEST(Fleet, LearnsNothingTwice) {
   Tracks mixed = part(tracks, 0, 20);
   const Tracks fresh = testing::corner_walks(20, 11);
   mixed.insert(mixed.end(), fresh.begin(), fresh.end());
-  const Model more = learn_fleet(model, leaves_of(mixed, 40, 20), kConfig);
-  EXPECT_TRUE(identical(more, learn_fleet(model, leaves_of(fresh, 40, 20), kConfig)));
+  const Model more = learn_fleet(model, partitions_of(mixed, 40, 20), kConfig);
+  EXPECT_TRUE(identical(more, learn_fleet(model, partitions_of(fresh, 40, 20), kConfig)));
   EXPECT_EQ(more.tracks, 100);
 }
 
 TEST(Fleet, TakesModelsThatWereLearntElsewhere) {
   const Tracks tracks = testing::corner_walks(60, 12);
-  std::vector<Partition> partitions = leaves_of(part(tracks, 0, 40), 20, 20);
+  std::vector<Partition> partitions = partitions_of(part(tracks, 0, 40), 20, 20);
   Partition elsewhere;
   elsewhere.model = learnt(part(tracks, 40, 20));
   partitions.push_back(elsewhere);
@@ -196,7 +196,7 @@ TEST(Fleet, BeginsWithTheMedianWidthOfItsPlaces) {
   EXPECT_EQ(learn_fleet({}, partitions, by_width).settings.reference_width_m, 2.5);
 }
 
-TEST(Fleet, SpreadsTheLeavesOfEachSiteOverBothHalves) {
+TEST(Fleet, SpreadsThePartitionsOfEachSiteOverBothHalves) {
   std::vector<std::vector<EpisodeId>> episodes;
   std::vector<CurbFrame> sites;
   for (std::uint64_t i = 0; i < 12; ++i) {
@@ -227,7 +227,7 @@ TEST(Fleet, LeavesWhatAModelHasOutOfTheTracks) {
   }
 }
 
-TEST(Fleet, ScoresALeafByItselfWhoseSiteTheOtherHalfDoesNotKnow) {
+TEST(Fleet, ScoresAPartitionByItselfIfTheOthersDoNotKnowItsSite) {
   const Tracks elsewhere = testing::walks_at(make_curb_frame({100, 0}, {1, 0}, {0, 1}, 2.5), 60, 13);
   const Partition here{testing::corner_walks(60, 12), 20, {}, {}}, there{elsewhere, 20, {}, {}};
   const Model model = learn_fleet({}, {here, there}, kConfig);

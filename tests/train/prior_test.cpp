@@ -156,7 +156,7 @@ TEST(Prior, StaysAsItIsWhateverIsLearntAndFused) {
 
 TEST(Prior, IsWhereAFleetBegins) {
   const Model prior = prior_elsewhere();
-  const Model model = learn_fleet(prior, testing::leaves_of(testing::corner_walks(40, 3), 20, 20), kConfig);
+  const Model model = learn_fleet(prior, testing::partitions_of(testing::corner_walks(40, 3), 20, 20), kConfig);
   EXPECT_EQ(pack(model.refinement.prior), pack(prior.refinement.prior));
   EXPECT_EQ(model.tracks, 40);
   EXPECT_NO_THROW(check(model));

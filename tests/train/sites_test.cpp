@@ -89,9 +89,10 @@ TEST(Sites, LaterTracksOfOneLeaveTheOthersPaths) {
 
 TEST(Sites, LearntByATreePredictAboutAsByTheirOwnTrees) {
   const Tracks a = here(80, 1), b = there(80, 2);
-  const auto partitions_of = [](const Tracks& tracks) { return testing::leaves_of(tracks, 20, 20); };
-  const Model of_a = learn_fleet({}, partitions_of(a), kConfig), of_b = learn_fleet({}, partitions_of(b), kConfig);
-  const Model together = learn_fleet({}, partitions_of(both(a, b)), kConfig);
+  const auto by_fleet = [](const Tracks& tracks) {
+    return learn_fleet({}, testing::partitions_of(tracks, 20, 20), kConfig);
+  };
+  const Model of_a = by_fleet(a), of_b = by_fleet(b), together = by_fleet(both(a, b));
   EXPECT_NO_THROW(check(together));
   ASSERT_EQ(together.sites.size(), 2u);
   for (const Site& site : together.sites) {
