@@ -89,13 +89,13 @@ int subsume_rare(PruningState& state) {
 
 /// Merges each transition without recent observations into the more frequent one that knows its place and differs
 /// least; returns how many.
-int subsume_old(PruningState& state, double expire_count) {
+int subsume_old(PruningState& state) {
   int subsumed = 0;
   constexpr double any_difference = std::numeric_limits<double>::infinity();
   const std::vector<bool> all(state.model.transitions.size(), true);
   for (std::size_t i = 0; i < state.model.transitions.size(); ++i) {
     const Transition& old = state.model.transitions[i];
-    if (!state.kept[i] || old.count > expire_count) continue;
+    if (!state.kept[i] || old.count > PruneConfig::expire_count) continue;
     if (age_episodes(old.sites, state.model.sites) < PruneConfig::expire_after_episodes) continue;
     if (subsume(state, i, all, any_difference, true)) ++subsumed;
   }
@@ -110,7 +110,7 @@ PruneResult prune(Model model, const PruneConfig& config, const FuseConfig& fusi
   PruningState state{model, fusing, residual};
   PruneReport report;
   report.subsumed = subsume_rare(state);
-  report.subsumed += subsume_old(state, config.expire_count);
+  report.subsumed += subsume_old(state);
   std::vector<int> kept = detail::remove_transitions(model, state.kept);
   report.primitives = static_cast<int>(primitives - model.primitives.size());
   return {std::move(model), report, std::move(kept)};

@@ -61,7 +61,7 @@ TEST(Prune, NeverGrowsAModelAndConservesCountsAndPoints) {
   int subsumed = 0;
   for_seeds(20, [&](Random& random) {
     const Model model = grown_model(random);
-    const PruneResult small = prune(model, {.expire_count = 0.0});
+    const PruneResult small = prune(model, {});
     check(small.model);
     EXPECT_EQ(small.model.transitions.size() + static_cast<std::size_t>(small.report.subsumed),
               model.transitions.size());

@@ -23,9 +23,8 @@ struct PruneConfig {
   static constexpr double known_ratio = 0.4;
   /// Fields whose root mean square difference there is below this agree [m/s].
   static constexpr double agreement_mps = 0.3;
-  /// A transition seen at most this often expires where another one knows its place [trajectories]; not a setting,
-  /// and not validated: it must be a number.
-  double expire_count = 3.0;
+  /// A transition seen at most this often expires where another one knows its place [trajectories].
+  static constexpr double expire_count = 3.0;
   /// Episodes at its site without an observation after which a transition may expire.
   static constexpr double expire_after_episodes = 10.0;
 };
