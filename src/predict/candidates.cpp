@@ -106,7 +106,7 @@ Candidates find_candidates(const FlowFieldIndex& fields, std::span<const int> ne
     return !add_earlier_samples(candidate, fields.field(candidate.transition), observed, least_unknown, config);
   });
   found.list = shorter.first(static_cast<std::size_t>(end - shorter.begin()));
-  found.novelty =
+  found.raw_novelty =
       std::accumulate(least_unknown.begin(), least_unknown.end(), 0.0) / static_cast<double>(least_unknown.size());
   std::sort(found.list.begin(), found.list.end(), better);
   found.list = found.list.first(count_rolled_out(found.list, config));

@@ -45,7 +45,7 @@ RolloutSet roll_out_near(const FlowFieldIndex& fields, const CurbTrajectory& obs
   set.rollouts = roll_out(fields, candidates, observed, std::max(steps, decision_steps), interval_s, with_covariances,
                           config, scratch);
   set.groups = group_rollouts(set.rollouts, observed.frame, decision_steps, config, scratch);
-  set.raw_novelty = candidates.novelty;
+  set.raw_novelty = candidates.raw_novelty;
   return set;
 }
 

@@ -18,7 +18,7 @@ struct RolloutSet {
   std::span<const int> near;             ///< transitions whose field may cover the position
   std::span<const Rollout> rollouts;     ///< empty if no transition matches
   std::span<const RolloutGroup> groups;  ///< of roll-outs that become one mode, heaviest first
-  double raw_novelty = 1.0;              ///< see Candidates::novelty
+  double raw_novelty = 1.0;              ///< see Candidates
 };
 
 /// Selects the transitions that a pedestrian may be in, rolls them out over at least `steps` steps of `interval_s`, and
