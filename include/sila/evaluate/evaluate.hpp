@@ -19,7 +19,7 @@ namespace sila {
 struct EvaluateConfig {
   double stride_s = 1.6;
   double observed_s = 60.0;
-  /// A moving window is turning if the heading changes by more from its start to its end [rad].
+  /// A moving window is turning if the heading changes by more, 30 degrees, from its start to its end [rad].
   static constexpr double turning_rad = 0.5235987755982988;
 };
 
