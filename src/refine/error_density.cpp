@@ -69,10 +69,7 @@ Matrix2 oriented_covariance(const Vector2& direction, const Vector2& along_acros
 }
 
 ErrorDensity::ErrorDensity(const DensityMoments& moments, int steps, double interval_s, std::size_t state)
-    : steps_(static_cast<std::size_t>(steps)),
-      interval_s_(interval_s),
-      windows_(moments.scale.weight),
-      coefficients_(decltype(coefficients_)::Zero()) {
+    : interval_s_(interval_s), windows_(moments.scale.weight), coefficients_(decltype(coefficients_)::Zero()) {
   if (moments.scale.weight > 0.0) {
     Eigen::MatrixXd matrix = moments.scale.features;
     matrix.diagonal().tail(kScaleFeatures - 1).array() += kScaleRidge;
@@ -84,7 +81,7 @@ ErrorDensity::ErrorDensity(const DensityMoments& moments, int steps, double inte
   }
   const Prior& before = kPriors[state];
   ComponentWeights counts = {};
-  for (std::size_t step = 0; step < steps_; ++step) {
+  for (std::size_t step = 0; step < static_cast<std::size_t>(steps); ++step) {
     const double growth = state == kStanding ? 1.0 : prior_growth(static_cast<double>(step + 1) * interval_s_);
     auto& relative = relative_.emplace_back();
     for (std::size_t c = 0; c < kMixtureComponents; ++c) {
@@ -115,7 +112,7 @@ ErrorScale ErrorDensity::scale(const ScaleFeatures& features) const {
 }
 
 Vector2 ErrorDensity::variances_m2(std::size_t component, std::size_t step, const ErrorScale& scale) const {
-  const std::size_t row = std::min(step, steps_ - 1);
+  const std::size_t row = std::min(step, relative_.size() - 1);
   const double growth = square(static_cast<double>(step + 1) / static_cast<double>(row + 1));
   const Vector2 variances =
       growth * nominal_variance_m2(row, interval_s_) * relative_[row][component].cwiseProduct(scale.factors);

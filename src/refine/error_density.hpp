@@ -59,7 +59,6 @@ class ErrorDensity {
   void add_errors(DensityMoments& moments, const ScaleFeatures& features, const std::vector<Vector2>& errors_m) const;
 
  private:
-  std::size_t steps_;
   double interval_s_;
   double windows_;
   Eigen::Matrix<double, kScaleFeatures, kScaleOutputs> coefficients_;
