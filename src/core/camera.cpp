@@ -62,10 +62,7 @@ Matrix3 solve(std::span<const PointPair> pairs, const Matrix3& of_image, const M
     reject_camera(
         "the points are collinear or repeat, so that many cameras fit; four points of which no three are on a line "
         "are needed");
-  const Eigen::Matrix<double, 9, 1> h = svd.matrixV().col(8);
-  Matrix3 result;
-  result << h(0), h(1), h(2), h(3), h(4), h(5), h(6), h(7), h(8);
-  return result;
+  return svd.matrixV().col(8).reshaped<Eigen::RowMajor>(3, 3);
 }
 
 /// The homography to the ground as seen from a point of it. In coordinates of a map, which are large, that of the
