@@ -16,7 +16,7 @@ int score_bin(double nonconformity);
 int novelty_bin(double raw_novelty);
 
 /// The level of the region of each probability: a quantile of the nonconformity scores of windows that the model had
-/// not learnt. A speed class with few windows is shrunk to the others; without any window a Gaussian is assumed.
+/// not learnt. A class with few windows is shrunk to the others; without error statistics a Gaussian is assumed.
 /// Source: none in the paper; docs/decisions/0071-regions.md.
 class Calibration {
  public:

@@ -106,9 +106,9 @@ struct Way {
   double share = 0.0;  ///< of the similar passages
 };
 
-/// The ways of the similar passages, which are those within 2 m and 0.5 m/s of the window. Passages of less than 1 m
-/// stay; gaps of at least 20 degrees separate the directions of the others. Ways that less than 15 % took are left out;
-/// with fewer than 12 similar passages there is no way.
+/// The ways of the similar passages, which are those within 2 m and 0.5 m/s of the window, of each person the most
+/// similar one. Passages of less than 1 m stay; gaps of at least 20 degrees separate the directions of the others. Ways
+/// that less than 15 % of the people took are left out; with fewer than 12 people there is no way.
 std::vector<Way> ways_on(std::span<const Passage> passages, const Window& window, double interval_s);
 
 /// At a fork (two or more `ways`): the probability that a prediction gives, at the whole horizon, to the way that the
