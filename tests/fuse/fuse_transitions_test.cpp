@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "fuse_data.hpp"
+#include "gp/example.hpp"
 #include "gp/fuse_gps.hpp"
 #include "support/random_models.hpp"
 
@@ -21,14 +22,6 @@ Increment increment_of(std::vector<MotionPrimitive> primitives, const std::vecto
         {edge.from, edge.to, edge.count, field_of(increment.samples.back()), {{0, edge.count, 1}}});
   }
   return increment;
-}
-
-GpData both(const GpData& a, const GpData& b) {
-  GpData all{Eigen::MatrixXd(2, a.inputs.cols() + b.inputs.cols()),
-             Eigen::MatrixXd(a.outputs.rows() + b.outputs.rows(), 2)};
-  all.inputs << a.inputs, b.inputs;
-  all.outputs << a.outputs, b.outputs;
-  return all;
 }
 
 const std::vector<MotionPrimitive> kTwoRows{row_of_arrows(0, 3), row_of_arrows(10, 13)};
@@ -86,7 +79,7 @@ TEST(Fuse, FitsATransitionOfTheIncrementAloneToItsPooledSamples) {
   ASSERT_EQ(counts.case_2, 1);
   ASSERT_EQ(counts.refitted, 1);
   ASSERT_EQ(fused.model.transitions.size(), 1u);
-  const GpData pooled = both(incoming.samples[0], incoming.samples[1]);
+  const GpData pooled = gp_tests::joined(incoming.samples[0], incoming.samples[1]);
   EXPECT_TRUE(same(fused.model.transitions[0].field, field_of(pooled)));
   EXPECT_EQ(fused.model.transitions[0].count, 3.0);
 }

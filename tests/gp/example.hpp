@@ -46,6 +46,13 @@ inline Eigen::MatrixXd select_pseudo_inputs(const Kernel& kernel, const Eigen::M
   return candidates(Eigen::all,
                     detail::select_greedily(kernel, candidates, max_count, stop_fraction, default_jitter).chosen);
 }
+inline GpData joined(const GpData& a, const GpData& b) {
+  GpData both{Eigen::MatrixXd(a.inputs.rows(), a.inputs.cols() + b.inputs.cols()),
+              Eigen::MatrixXd(a.outputs.rows() + b.outputs.rows(), a.outputs.cols())};
+  both.inputs << a.inputs, b.inputs;
+  both.outputs << a.outputs, b.outputs;
+  return both;
+}
 inline SparseGp condition(const SparseGp& gp, const GpData& data) {
   return sila::condition(gp, data.inputs, data.outputs);
 }

@@ -18,14 +18,6 @@ GpData nothing(Eigen::Index inputs = 2, Eigen::Index outputs = 2) {
   return {Eigen::MatrixXd(inputs, 0), Eigen::MatrixXd(0, outputs)};
 }
 
-GpData joined(const GpData& a, const GpData& b) {
-  GpData both{Eigen::MatrixXd(a.inputs.rows(), a.inputs.cols() + b.inputs.cols()),
-              Eigen::MatrixXd(a.outputs.rows() + b.outputs.rows(), a.outputs.cols())};
-  both.inputs << a.inputs, b.inputs;
-  both.outputs << a.outputs, b.outputs;
-  return both;
-}
-
 SparseGp fuse(std::vector<const SparseGp*> parts, const GpData& data, const GpConfig& config = {}) {
   return fuse_gps(parts, data, config);
 }

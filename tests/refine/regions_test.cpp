@@ -8,7 +8,6 @@
 #include <numeric>
 
 #include "refine/mode_variants.hpp"
-#include "refine/stacking.hpp"
 #include "sila/refine/predictor.hpp"
 #include "support/message_of.hpp"
 
