@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
+#include <Eigen/Geometry>
 
 #include "sila/train/episode.hpp"
 #include "support/message_of.hpp"
@@ -16,10 +16,6 @@ namespace {
 Trajectory walk(const std::string& id, const Vector2& start_m, const Vector2& velocity_mps) {
   return testing::sampled(
       61, 0.1, [&](int k) { return Vector2(start_m + 0.1 * k * velocity_mps); }, id);
-}
-
-Matrix2 rotation(double angle) {
-  return (Matrix2() << std::cos(angle), -std::sin(angle), std::sin(angle), std::cos(angle)).finished();
 }
 
 TEST(Companions, MotionIsThatOfTheLastSamplesAlone) {
@@ -66,7 +62,7 @@ TEST(Companions, CountByDistanceAndVelocity) {
 
 TEST(Companions, TurnWithTheWorld) {
   const MotionState own{{1, 2}, {1.2, 0.3}}, other{{1.5, 2.4}, {1.0, 0.5}};
-  const Matrix2 turn = rotation(0.8);
+  const Matrix2 turn = Eigen::Rotation2Dd(0.8).toRotationMatrix();
   const MotionState turned{turn * own.position_m, turn * own.velocity_mps},
       other_turned{turn * other.position_m, turn * other.velocity_mps};
   const Vector2 expected = turn * companions_mps(own, std::span(&other, 1));

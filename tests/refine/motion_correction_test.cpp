@@ -13,9 +13,8 @@ constexpr int kSteps = 25;
 
 /// A person walks into a direction; `companions_mps` in the heading frame.
 MotionInput walking(const Vector2& heading, const Vector2& companions_mps, double speed_mps = 1.2) {
-  const Matrix2 turn = (Matrix2() << heading.x(), -heading.y(), heading.y(), heading.x()).finished();
   const Vector2 velocity = speed_mps * heading;
-  return change_input(velocity.replicate<1, 4>(), velocity, turn * companions_mps);
+  return change_input(velocity.replicate<1, 4>(), velocity, axes_along(heading) * companions_mps);
 }
 
 /// People walk into any direction; the error of stacked velocities is half of the companions' relative velocity, and
@@ -29,11 +28,10 @@ ErrorStatistics learnt(int batches, double share = 0.5, bool left_only = false) 
     const MotionCorrection known(past);
     for (int i = 0; i < 50; ++i) {
       const double turn = angle(random);
-      const Vector2 heading(std::cos(turn), std::sin(turn)), to_left(-heading.y(), heading.x());
+      const Vector2 heading(std::cos(turn), std::sin(turn));
       Vector2 companions(companion_mps(random), companion_mps(random));
       if (left_only) companions.y() = std::abs(companions.y());
-      const Vector2 error =
-          share * (companions.x() * heading + companions.y() * to_left) + Vector2(noise_mps(random), noise_mps(random));
+      const Vector2 error = share * axes_along(heading) * companions + Vector2(noise_mps(random), noise_mps(random));
       known.add_window(past, walking(heading, companions), std::vector<Vector2>(kSteps, error));
     }
   }
