@@ -61,7 +61,7 @@ Prediction& begin_prediction(const CurbTrajectory& observed, std::size_t steps, 
   return prediction;
 }
 
-Mode& add_mode(Workspace& workspace, double weight, std::size_t steps) {
+Mode& add_mode(Workspace& workspace, double weight) {
   std::vector<Mode>& modes = workspace.prediction.modes;
   if (workspace.spare.empty()) {
     modes.emplace_back();
@@ -75,8 +75,8 @@ Mode& add_mode(Workspace& workspace, double weight, std::size_t steps) {
   mode.source = modes.size() - 1;
   mode.primitives.clear();
   mode.primitives.reserve(32);  // reused modes keep their capacity
-  mode.path_m.resize(steps);
-  mode.covariances_m2.resize(steps);
+  mode.path_m.resize(workspace.prediction.times_s.size());
+  mode.covariances_m2.resize(mode.path_m.size());
   return mode;
 }
 
@@ -100,18 +100,17 @@ void sort_by_weight(std::vector<Mode>& modes) {
 void add_rollout_modes(const FlowFieldIndex& fields, std::span<const Rollout> rollouts, const CurbTrajectory& observed,
                        double interval_s, Workspace& workspace) {
   Prediction& prediction = workspace.prediction;
-  const std::size_t steps = prediction.times_s.size();
   prediction.fallback = rollouts.empty();
   const Matrix2 matrix = world_from_curb(observed.frame);
   for (const Rollout& rollout : rollouts) {  // the paper's mode: the roll-out itself
-    Mode& mode = add_mode(workspace, rollout.weight, steps);
+    Mode& mode = add_mode(workspace, rollout.weight);
     visit_primitives(fields, rollout.transitions, mode.primitives);
-    for (std::size_t j = 0; j < steps; ++j) {
+    for (std::size_t j = 0; j < mode.path_m.size(); ++j) {
       mode.path_m[j] = to_world(observed.frame, rollout.path[j]);
       mode.covariances_m2[j] = matrix * rollout.covariances[j] * matrix.transpose();
     }
   }
-  if (prediction.fallback) fill_constant_velocity(add_mode(workspace, 1.0, steps), observed, interval_s);
+  if (prediction.fallback) fill_constant_velocity(add_mode(workspace, 1.0), observed, interval_s);
 }
 
 Prediction predict_by_rollouts(const FlowFieldIndex& fields, const CurbTrajectory& observed, double interval_s,

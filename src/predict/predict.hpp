@@ -31,8 +31,9 @@ RolloutSet roll_out_near(const FlowFieldIndex& fields, const CurbTrajectory& obs
 Prediction& begin_prediction(const CurbTrajectory& observed, std::size_t steps, double interval_s,
                              Workspace& workspace);
 
-/// Adds a mode without path to the prediction, in the memory of an earlier mode.
-Mode& add_mode(Workspace& workspace, double weight, std::size_t steps);
+/// Adds a mode to the prediction, in the memory of an earlier mode: the path and the covariances have a step for each
+/// of `times_s`, but no values.
+Mode& add_mode(Workspace& workspace, double weight);
 
 /// Appends the primitives of a chain of transitions; equal neighbours count once.
 void visit_primitives(const FlowFieldIndex& fields, std::span<const int> transitions, std::vector<int>& visited);

@@ -19,7 +19,7 @@ constexpr double kTiltedShare = 0.5;
 
 /// Adds a mode with the path of the first one.
 Mode& add_copy(Workspace& workspace, VariantKind variant, double weight) {
-  Mode& copy = add_mode(workspace, weight, workspace.prediction.times_s.size());
+  Mode& copy = add_mode(workspace, weight);
   copy = workspace.prediction.modes.front();
   copy.weight = weight;
   copy.variant = variant;

@@ -179,7 +179,7 @@ const Prediction& PreparedModel::predict(const CurbTrajectory& observed, const M
     prediction.change_probabilities.clear();
     // Before errors are known the residual GPs alone are better than constant velocity.
     if (prediction.fallback) {
-      Mode& mode = add_mode(workspace, 1.0, steps);
+      Mode& mode = add_mode(workspace, 1.0);
       fill_path(mode, stacking, seen, seen.residuals, correction, prediction.start_m, interval_s_);
       for (std::size_t j = 0; j < steps; ++j) {
         const double spread_m = kConstantVelocitySpread_mps * static_cast<double>(j + 1) * interval_s_;
@@ -203,7 +203,6 @@ const Prediction& PreparedModel::predict(const CurbTrajectory& observed, const M
 
 void PreparedModel::add_stacked_modes(const MergedRollouts& merged, const HazardFeatures& hazard,
                                       const VelocityCorrection& correction, Workspace& workspace) const {
-  const auto steps = workspace.prediction.times_s.size();
   const bool fallback = workspace.prediction.fallback;
   const ObservedFeatures& seen = merged.seen;
   const Stacking& stacking = fitted(seen.site).stacking;
@@ -212,7 +211,7 @@ void PreparedModel::add_stacked_modes(const MergedRollouts& merged, const Hazard
   const bool wide = has_wide_modes(config_);
   ErrorScale scale;
   for (std::size_t m = 0; m < (fallback ? 1 : merged.rollouts.size()); ++m) {
-    Mode& mode = add_mode(workspace, fallback ? 1.0 : merged.rollouts[m].weight, steps);
+    Mode& mode = add_mode(workspace, fallback ? 1.0 : merged.rollouts[m].weight);
     if (!fallback) visit_primitives(fields_, merged.rollouts[m].transitions, mode.primitives);
     const ResidualPrediction& residuals = fallback ? seen.residuals : merged.residuals[m];
     const ErrorScale own = fill_path(mode, stacking, seen, residuals, correction, start_m, interval_s_);

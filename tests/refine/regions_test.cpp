@@ -93,7 +93,7 @@ TEST(Calibration, NoveltyIsTheShareThatWasBetterKnown) {
 /// Makes the prediction one mode that goes straight on.
 void go_straight(Workspace& workspace, double weight) {
   workspace.prediction.times_s = {0.2, 0.4};
-  add_mode(workspace, weight, 2);
+  add_mode(workspace, weight);
   workspace.prediction.modes[0].path_m = {Vector2(1.2, 2.0), Vector2(1.4, 2.0)};
   workspace.prediction.modes[0].covariances_m2 = {Matrix2::Identity(), Matrix2::Identity()};
 }
