@@ -81,7 +81,7 @@ TEST(Compare, PredictionsOfMoreTracksDifferMoreTheFartherTheyGo) {
   EXPECT_GE(apart.back().max_m, apart.back().mean_m);
 }
 
-TEST(Compare, TracesNoMoreThanAskedAndOnlyWhereSomebodyWalks) {
+TEST(Compare, TracesAtMostTheRequestedPathsAndNoneThatStands) {
   const Model model = learnt(60);
   EXPECT_EQ(traced_paths(model, 3.2, 7).size(), 7u);
   for (const CurbTrajectory& path : traced_paths(model, 3.2)) {

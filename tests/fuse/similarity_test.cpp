@@ -152,7 +152,7 @@ TEST(MeanPrimitive, DropsFadedArrowsButNotTheLongest) {
   EXPECT_EQ(mean({&faint, &faint}).cells.size(), 3u);
 }
 
-TEST(MeanPrimitive, RejectsNobodyAndThoseThatCancelOut) {
+TEST(MeanPrimitive, RejectsNoMembersAndThoseThatCancelOut) {
   const MotionPrimitive opposite = row_of_arrows(1, 4, -1.0);
   EXPECT_THROW(mean({}), std::invalid_argument);
   EXPECT_THROW(mean({&kA, &opposite}), std::invalid_argument);

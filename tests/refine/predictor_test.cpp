@@ -102,7 +102,7 @@ TEST(Predictor, APersonWhoHasJustStoppedStaysWhereOthersStayed) {
   EXPECT_LT(std::sqrt(prediction.modes[0].covariances_m2.back().trace()), 0.1);
 }
 
-TEST(Predictor, FallsBackToKinematicsWhereNobodyWasEverSeen) {
+TEST(Predictor, FallsBackToKinematicsWhereNoTransitionIsNear) {
   const Trajectory far = testing::walk("far", {{500, 500}, {520, 500}}, 1.4);
   const CurbTrajectory observed = observe(far, 60, testing::square_frame(), 3.2, {});
   const Prediction prediction = Predictor(corner_model(), kConfig.predict).predict(observed);

@@ -43,7 +43,7 @@ TEST(Nonconformity, OfOneModeIsHalfTheSquaredMahalanobisDistance) {
 constexpr std::size_t kHalf = 1, kNineTenths = 3;
 static_assert(kRegionProbabilities[kHalf] == 0.5 && kRegionProbabilities[kNineTenths] == 0.9);
 
-TEST(Calibration, WithoutErrorStatisticsSpeaksOfAGaussian) {
+TEST(Calibration, WithoutErrorStatisticsIsThatOfAGaussian) {
   const Calibration calibration{ErrorStatistics{}};
   EXPECT_NEAR(calibration.level(7, 2, kHalf), std::log(2.0), 1e-12);
   EXPECT_EQ(calibration.novelty(0.3), 0.3);

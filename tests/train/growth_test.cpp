@@ -49,7 +49,7 @@ TEST(Growth, PruningMakesModelsSmaller) {
   EXPECT_LT(pruned, plain);
 }
 
-TEST(Growth, ALimitHoldsAfterEveryEpisodeAndWhatWasGivenUpIsTold) {
+TEST(Growth, ABudgetHoldsAfterEveryEpisodeAndEvictionsAreReported) {
   const std::vector<FramedTrajectory> tracks = testing::corner_walks(100, 6);
   Model rest = testing::learnt(tracks);
   const auto most = static_cast<double>(packed_bytes(rest));

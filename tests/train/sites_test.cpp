@@ -87,7 +87,7 @@ TEST(Sites, LaterTracksOfOneLeaveTheOthersPaths) {
   EXPECT_GT(apart_m(model, before, there(10, 4)), 0.01);
 }
 
-TEST(Sites, LearntByATreePredictAboutAsByTheirOwnTrees) {
+TEST(Sites, LearntByOneFleetPredictAboutAsByOneFleetEach) {
   const Tracks a = here(80, 1), b = there(80, 2);
   const auto by_fleet = [](const Tracks& tracks) {
     return learn_fleet({}, testing::partitions_of(tracks, 20, 20), kConfig);

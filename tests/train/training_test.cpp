@@ -281,7 +281,7 @@ TEST(ErrorStatistics, ScoresUnderAnUnknownDensityCountLess) {
   EXPECT_NEAR(scores, seen.density[kWalking].scale.weight * known / 500.0, 1e-9);
 }
 
-TEST(ErrorStatistics, ScoresOfStandingPeopleCountWhereNobodyWalks) {
+TEST(ErrorStatistics, ScoresOfStandingPeopleCountWithoutWalkers) {
   const ErrorStatistics seen = testing::learnt(people_who_stand(60)).refinement.error_statistics[0];
   ASSERT_LT(seen.density[kWalking].scale.weight, 10.0);
   EXPECT_GT(std::accumulate(seen.scores[0].begin(), seen.scores[0].end(), 0.0), 20.0);
