@@ -126,6 +126,7 @@ bool queue_prediction(StreamCore& core, Stream& stream, const Detection& row, Pe
   }
   pedestrian.due_s = *next_s;
   pedestrian.arrived_s = arrived_s;
+  pedestrian.stamp_s = row.t_s;
   const bool superseded = std::exchange(pedestrian.queued, true);
   if (superseded)
     ++core.counters.superseded;
@@ -236,7 +237,9 @@ std::vector<PredictionRequest> take_due_requests(StreamCore& core, std::size_t c
     Pedestrian* const pedestrian = find_pedestrian(core, id, track);
     if (pedestrian == nullptr || !std::exchange(pedestrian->queued, false)) continue;
     const Trajectory& path = pedestrian->track.path;
-    if (path.times_s.empty()) {  // a later row contradicts the one that made the prediction due
+    // A later row contradicts the one that made the prediction due: the next one takes its place.
+    if (path.times_s.empty() || path.times_s.back() < pedestrian->stamp_s) {
+      pedestrian->due_s -= settings.service.stride_s;
       ++core.counters.superseded;
       continue;
     }

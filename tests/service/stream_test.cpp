@@ -262,6 +262,27 @@ TEST(StreamCore, ANewerDetectionSupersedesADuePrediction) {
   EXPECT_EQ(core.counters.superseded, 50U - 4U) << "one was due when the track ended";
 }
 
+TEST(StreamCore, PredictsNoSampleTwiceWhenARowContradictsTheLast) {
+  for (const double stride_s : {0.0, 0.3}) {
+    ServiceSettings settings = service_settings();
+    settings.service.stride_s = stride_s;
+    StreamCore core;
+    std::vector<double> times_s, expected_s;
+    for (int k = 0; k <= 20; ++k) {
+      ingest(core, 1, {"a", 0.1 * k, {0.1 * k, 0.0}}, 0.0, settings);
+      if (k == 10) ingest(core, 1, {"a", 0.1 * k, {0.1 * k, 9.0}}, 0.0, settings);
+      for (const PredictionRequest& request : take_due_requests(core, 10, settings))
+        times_s.push_back(request.observed.times_s.back());
+    }
+    end_stream(core, 1, settings);
+    ASSERT_EQ(core.finished.size(), 1U);
+    const Trajectory& path = core.finished.front().track;
+    for (const std::size_t i : prediction_samples(path, settings.episode.predict.min_observe_s, stride_s))
+      expected_s.push_back(path.times_s[i]);
+    EXPECT_EQ(times_s, expected_s) << "stride_s " << stride_s;
+  }
+}
+
 TEST(StreamCore, TheLongestWaitingPredictionIsMadeFirst) {
   const ServiceSettings settings = service_settings();
   StreamCore core;

@@ -50,6 +50,7 @@ struct Pedestrian {
   bool queued = false;             ///< is in `Stream::due`
   bool score_queued = false;       ///< is in `StreamCore::due_scores`
   double arrived_s = 0.0;          ///< arrival of the detection to predict from, on the clock of the caller
+  double stamp_s = 0.0;            ///< its time
   std::deque<Prediction> pending;  ///< retained until their futures are known
   PedestrianScore score;
 };
