@@ -152,6 +152,8 @@ def _rows(detections: Any, person_classes: list[str]) -> _Rows:
     if hasattr(detections, "columns"):
         return _of_frame(detections, person_classes)
     if isinstance(detections, np.ndarray):
+        if detections.size == 0:  # np.array([]) has one dimension
+            return [], np.empty((0, 2)), []
         if detections.ndim != 2 or detections.shape[1] != 3:
             raise ValueError(f"detections: expected shape (n, 3) with the columns id, x, y; found {detections.shape}")
         return [text_of(key) for key in detections[:, 0]], _points(detections[:, 1:]), [""] * len(detections)

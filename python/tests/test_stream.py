@@ -150,7 +150,7 @@ def test_empty_frames_end_tracks():
     walk(stream)
     stream.update(5.0, [])
     assert stream.counts["tracks"] == 0
-    stream.update(20.0, [])
+    stream.update(20.0, np.array([]))
     stream.wait()
     assert stream.counts["tracks"] == stream.counts["episodes"] == 1
 
