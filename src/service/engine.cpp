@@ -189,7 +189,7 @@ void Engine::ingest_event(const StreamEvent& event) {
   if (stepwise_) end_if_silent(core_, event.stream, event.detection->t_s, settings_);
   const IngestResult result = ingest(core_, event.stream, *event.detection, event.arrived_s, settings_);
   last_arrival_s_[event.stream] = event.arrived_s;
-  if (result.superseded) ++superseded_[event.stream];
+  if (result.superseded > 0) superseded_[event.stream] += result.superseded;
   if (result.rejection) reject(event.stream, *result.rejection);
 }
 

@@ -115,24 +115,22 @@ void end_overdue(StreamCore& core, Stream& stream, const ServiceSettings& settin
   }
 }
 
-/// Makes a prediction due at this detection, the end of the path. True if an older one was due and is superseded; the
+/// Makes a prediction due at this detection, the end of the path. If an older one was due, it is superseded, and the
 /// pedestrian keeps its place in the queue.
-bool queue_prediction(StreamCore& core, Stream& stream, const Detection& row, Pedestrian& pedestrian, double arrived_s,
+void queue_prediction(StreamCore& core, Stream& stream, const Detection& row, Pedestrian& pedestrian, double arrived_s,
                       const ServiceSettings& settings) {
   const auto next_s = next_due_s(pedestrian.first_due_s, pedestrian.due_s, row.t_s, settings.service.stride_s);
   if (!next_s) {
     ++core.counters.not_due;
-    return false;
+    return;
   }
   pedestrian.due_s = *next_s;
   pedestrian.arrived_s = arrived_s;
   pedestrian.stamp_s = row.t_s;
-  const bool superseded = std::exchange(pedestrian.queued, true);
-  if (superseded)
+  if (std::exchange(pedestrian.queued, true))
     ++core.counters.superseded;
   else
     stream.due.push_back(row.track);
-  return superseded;
 }
 
 Pedestrian* find_pedestrian(StreamCore& core, StreamId id, const std::string& track) {
@@ -186,37 +184,41 @@ std::pair<const StreamId, Stream>* next_stream(StreamCore& core) {
 IngestResult ingest(StreamCore& core, StreamId id, const Detection& given, double arrived_s,
                     const ServiceSettings& settings) {
   Detection row = given;
-  if (row.track.empty() || row.track.size() > kMaxIdBytes) return {Rejection::not_a_detection, false};
+  if (row.track.empty() || row.track.size() > kMaxIdBytes) return {Rejection::not_a_detection};
   if (settings.camera) {
     const std::optional<Vector2> ground_m = to_ground(*settings.camera, row.position_m);
-    if (!ground_m) return {Rejection::not_usable, false};
+    if (!ground_m) return {Rejection::not_usable};
     row.position_m = *ground_m;
   }
   if (row.label == "0") row.label = "person";  // COCO's number, as in lines of detections
-  if (!is_usable(row, settings.clean)) return {Rejection::not_usable, false};
+  if (!is_usable(row, settings.clean)) return {Rejection::not_usable};
   Stream& stream = core.streams[id];
   const ClockReading reading = read_stamp(stream.clock, row.t_s, !stream.pedestrians.empty(), settings.service);
   stream.clock = reading.clock;
-  if (reading.rejection) return {reading.rejection, false};
+  const auto result = [&, before = core.counters.superseded](std::optional<Rejection> rejection) {
+    return IngestResult{rejection, core.counters.superseded - before};
+  };
+  if (reading.rejection) return {reading.rejection};
   if (reading.reset) {
     ++core.counters.clock_resets;
     end_tracks(core, id, settings);
   }
   end_overdue(core, stream, settings);
   Pedestrian* const pedestrian = pedestrian_of(core, stream, row, settings);
-  if (pedestrian == nullptr) return {Rejection::too_many_ids, false};
+  if (pedestrian == nullptr) return result(Rejection::too_many_ids);
   ++core.counters.detections;
   const Trajectory& path = pedestrian->track.path;
   const auto start = [&] { return path.times_s.empty() ? std::nullopt : std::optional(path.times_s.front()); };
   const std::optional<double> before_s = start();
   if (!extend(pedestrian->track, row, settings.clean)) {
     ++core.counters.not_due;
-    return {};
+    return result({});
   }
   if (before_s != start())
     pedestrian->first_due_s = pedestrian->due_s = *start() + settings.episode.predict.min_observe_s;
   queue_score(core, id, row.track, *pedestrian, settings);
-  return {std::nullopt, queue_prediction(core, stream, row, *pedestrian, arrived_s, settings)};
+  queue_prediction(core, stream, row, *pedestrian, arrived_s, settings);
+  return result({});
 }
 
 std::size_t due_predictions(const StreamCore& core) {

@@ -248,10 +248,9 @@ TEST(StreamCore, NoInputThrowsOrExceedsTheLimits) {
 TEST(StreamCore, ANewerDetectionSupersedesADuePrediction) {
   const ServiceSettings settings = service_settings();
   StreamCore core;
-  int superseded = 0;
-  for (int k = 0; k < 50; ++k)
-    superseded += ingest(core, 1, {"a", 0.1 * k, {0.1 * k, 0.0}}, k, settings).superseded ? 1 : 0;
-  EXPECT_EQ(superseded, 50 - 4 - 1);
+  std::uint64_t superseded = 0;
+  for (int k = 0; k < 50; ++k) superseded += ingest(core, 1, {"a", 0.1 * k, {0.1 * k, 0.0}}, k, settings).superseded;
+  EXPECT_EQ(superseded, 50U - 4U - 1U);
   EXPECT_EQ(core.counters.superseded, 50U - 4U - 1U);
   const std::vector<PredictionRequest> requests = take_due_requests(core, 10, settings);
   ASSERT_EQ(requests.size(), 1u);
@@ -260,6 +259,11 @@ TEST(StreamCore, ANewerDetectionSupersedesADuePrediction) {
   ingest(core, 1, {"a", 5.0, {5.0, 0.0}}, 50, settings);
   end_stream(core, 1, settings);
   EXPECT_EQ(core.counters.superseded, 50U - 4U) << "one was due when the track ended";
+  for (int k = 0; k <= 4; ++k) ingest(core, 2, {"a", 0.1 * k, {0.1 * k, 0.0}}, 0.0, settings);
+  superseded = 0;
+  for (int k = 0; k < settings.service.clock_patience; ++k)
+    superseded += ingest(core, 2, {"b", 1000.0 + 0.1 * k, {0.0, 0.0}}, 0.0, settings).superseded;
+  EXPECT_EQ(superseded, 1U) << "one was due when the clock was reset";
 }
 
 TEST(StreamCore, PredictsNoSampleTwiceWhenARowContradictsTheLast) {

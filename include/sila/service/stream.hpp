@@ -100,7 +100,7 @@ struct StreamCore {
 /// The outcome of one detection.
 struct IngestResult {
   std::optional<Rejection> rejection;
-  bool superseded = false;  ///< an older prediction of the same pedestrian was due and will not be made
+  std::uint64_t superseded = 0;  ///< predictions that were due and will not be made
 };
 
 /// The observed path of a pedestrian whose prediction is due.
