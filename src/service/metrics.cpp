@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <iomanip>
 #include <numeric>
 #include <sstream>
 
@@ -70,7 +71,7 @@ void add_latency(MetricsText& out, const LatencyHistogram& latency) {
   }
   below += latency.counts.back();
   out.sample(below, label("le", "+Inf"), "_bucket");
-  out.sample(latency.sum_s, {}, "_sum");
+  out.sample(concatenate(std::setprecision(15), latency.sum_s), {}, "_sum");  // grows for months
   out.sample(below, {}, "_count");
 }
 
