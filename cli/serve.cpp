@@ -176,8 +176,9 @@ void add_serve(CLI::App& app) {
   verb->add_option("--token-file", options->token_file,
                    "file whose first line clients must send; needed if other machines can connect")
       ->type_name("FILE");
-  verb->add_option("--every", options->stride_s, "seconds between predictions of a pedestrian [each detection]");
-  verb->add_option("--batch", options->batch, "finished tracks that make an episode [20]");
+  verb->add_option("--every", options->stride_s,
+                   "seconds between predictions of a pedestrian [that of the model, else each detection]");
+  verb->add_option("--batch", options->batch, "finished tracks that make an episode [that of the model, else 20]");
   add_lines(*verb, options->lines);
 }
 
