@@ -114,6 +114,17 @@ TEST(LiveStream, WarnsOnceIfNothingIsAccepted) {
   EXPECT_EQ(stream.metrics().counters.detections, 1u) << "0 is a person, as in lines of detections";
 }
 
+TEST(LiveStream, WarnsOnceOfAClockInMilliseconds) {
+  LiveStream stream({});
+  for (int k = 0; k < 200; ++k) {
+    const Detection row{"a", 100.0 * k, {0.1 * k, 0.0}};
+    stream.update(row.t_s, std::span(&row, 1));
+  }
+  const std::vector<std::string> warnings = stream.take_warnings();
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_TRUE(says(warnings[0], "t is in seconds")) << warnings[0];
+}
+
 TEST(LiveStream, CanBeUpdatedFromTasks) {
   LiveStream stream({.config = small_batches()});
   feed(stream, corner_walks(10, 5));

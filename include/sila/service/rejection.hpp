@@ -38,7 +38,7 @@ inline constexpr std::array<RejectionText, 13> kRejections{{
      "a detection has the numbers t, x, y and a text or whole number id"},
     {Rejection::not_usable, "not_usable", "the position or time is absurd, or the label is not that of a pedestrian"},
     {Rejection::late, "late", "the detection is older than the newest by more than service.late_s"},
-    {Rejection::off_clock, "off_clock", "the time is off the clock of the stream by more than 10 s"},
+    {Rejection::off_clock, "off_clock", "the time is off the clock of the stream by more than 10 s; t is in seconds"},
     {Rejection::too_many_ids, "too_many_ids", "service.max_ids tracks are open"},
     {Rejection::too_fast, "too_fast", "more lines per second than service.max_rate_hz"},
     {Rejection::overloaded, "overloaded", "service.max_queued_lines are queued, more than a fair share by this client"},
