@@ -54,13 +54,22 @@ LearnerThread::Storage storage_in(ModelFile& file, const StoredModel& start, con
   struct Recorded {
     int last;
     std::vector<LearningPoint> points;
+    std::vector<Site> sites;
   };
-  const auto recorded = std::make_shared<Recorded>(Recorded{last_episode(start), learning_points(start)});
+  const auto recorded =
+      std::make_shared<Recorded>(Recorded{last_episode(start), learning_points(start), start.model.sites});
   const std::string configuration = start.configuration;
-  const auto accept = [config](const StoredModel& stored) { require_fitting(stored.model, config); };
+  const auto accept = [config, recorded](const StoredModel& stored) {
+    require_fitting(stored.model, config);
+    const std::vector<Site>& sites = stored.model.sites;
+    const auto has = [&](const Site& site) { return find_site(sites, site.frame).has_value(); };
+    if (!sites.empty() && !std::ranges::all_of(recorded->sites, has))  // open tracks are in the frames of the sites
+      throw std::invalid_argument("the model in the file lacks a site of the model in use; to use it, start again");
+  };
   LearnerThread::Storage storage;
   storage.commit = [=, &file](const Model& previous, const Episode& episode, const OnlineCalibration& calibration) {
     file.commit(episode.model, record_of(recorded->last + 1, previous, episode, calibration), configuration);
+    recorded->sites = episode.model.sites;
     if (previous.tracks > 0)
       recorded->points.push_back({static_cast<double>(previous.tracks), episode.report.prequential});
     message("episode " + std::to_string(++recorded->last) + " is stored: " + counted(episode.report.tracks, "track") +
@@ -70,7 +79,7 @@ LearnerThread::Storage storage_in(ModelFile& file, const StoredModel& start, con
   storage.reload = [=, &file]() -> std::optional<Model> {
     if (!file.changed_elsewhere()) return std::nullopt;
     StoredModel stored = file.read(accept);  // else the next episode would replace a model that does not fit
-    *recorded = {last_episode(stored), learning_points(stored)};
+    *recorded = {last_episode(stored), learning_points(stored), stored.model.sites};
     message("changed by another process; continuing with its " + counted(recorded->last, "episode"));
     return std::move(stored.model);
   };

@@ -188,6 +188,22 @@ TEST(LearnerThread, TakesNoModelThatContradictsItsConfiguration) {
   EXPECT_EQ(load_model(folder / "m.sila").model.settings.sample_interval_s, 0.1) << "it is not overwritten";
 }
 
+TEST(LearnerThread, TakesNoModelThatLacksItsSite) {
+  const tests::ScratchFolder folder;
+  ModelFile file = ModelFile::open_or_create(folder / "m.sila");
+  LearnerThread learner(Model{}, {}, EpisodeConfig{}, {.batch = 10}, storage_in(file, {}, {}, [](const auto&) {}));
+  learn(learner, corner_walks(10, 1));
+  sila::StoredModel elsewhere;
+  elsewhere.model = run_episode({}, testing::walks_at(make_curb_frame({90, 0}, {0, 1}, {-1, 0}, 2.5), 10, 2), {}).model;
+  save_model(folder / "m.sila", elsewhere);
+  testing::comes_true([&] { return !learner.status().last_error.empty(); });
+  EXPECT_TRUE(says(learner.status().last_error, "lacks a site"));
+  EXPECT_EQ(learner.status().reloads, 0u);
+  learn(learner, corner_walks(10, 3));
+  EXPECT_EQ(learner.status().failed_episodes, 1u);
+  EXPECT_EQ(load_model(folder / "m.sila").model.sites.size(), 1u) << "it is not overwritten";
+}
+
 TEST(LearnerThread, LearnsAgainWhenAnotherProcessReplacedTheModel) {
   StoredModel stored;
   bool first = true;
