@@ -19,8 +19,8 @@ namespace sila {
 namespace {
 
 constexpr StreamId kStream = 1;
-/// The stream warns when it has rejected this many detections for one reason and predicted none.
-constexpr std::uint64_t kAllRejected = 100;
+/// The stream warns when it has rejected this many detections for one reason and accepted fewer.
+constexpr std::uint64_t kManyRejected = 100;
 
 }  // namespace
 
@@ -111,10 +111,10 @@ void LiveStream::State::learn_finished() {
 
 void LiveStream::State::count(Rejection rejection) {
   const std::uint64_t of_kind = ++rejected[static_cast<std::size_t>(rejection)];
-  if (core.counters.predictions == 0 && of_kind == kAllRejected)
-    core.warnings.push_back((core.counters.detections == 0 ? "no detection was accepted so far, "
-                                                           : "no prediction was due so far, and of the detections ") +
-                            std::to_string(of_kind) + " were rejected: " + std::string(text_of(rejection).text));
+  if (of_kind == kManyRejected && core.counters.detections < of_kind)
+    core.warnings.push_back("detections accepted so far: " + std::to_string(core.counters.detections) +
+                            ", rejected: " + std::to_string(of_kind) + ", because " +
+                            std::string(text_of(rejection).text));
 }
 
 LiveStream::LiveStream(LiveStreamOptions options) : state_(std::make_unique<State>(std::move(options))) {}

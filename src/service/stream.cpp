@@ -9,6 +9,7 @@
 #include "core/unit_warnings.hpp"
 #include "open_track.hpp"
 #include "sila/core/companions.hpp"
+#include "sila/core/counted.hpp"
 #include "sila/core/sampling.hpp"
 
 namespace sila {
@@ -16,8 +17,8 @@ namespace {
 
 /// Interval at which the ends of tracks are checked, on the clock of the stream.
 constexpr double kCheckInterval_s = 0.25;
-/// Tracks by which units are checked.
-constexpr std::uint64_t kFirstTracks = 20;
+/// Tracks by which units are checked, and detections until which there must be a prediction.
+constexpr std::uint64_t kFirstTracks = 20, kFirstDetections = 10000;
 
 /// The score of a prediction on a path that has its future; none if the path does not, or has no sample at t0.
 std::optional<WindowScore> score_of(const Prediction& prediction, const Trajectory& path,
@@ -63,6 +64,15 @@ void queue_score(StreamCore& core, StreamId id, const std::string& track, Pedest
   core.due_scores.emplace_back(id, track);
 }
 
+/// `first`: after which of them nothing was predicted.
+void warn_if_not_predicted(StreamCore& core, const std::string& first, const ServiceSettings& settings) {
+  if (core.counters.predictions + core.counters.superseded + due_predictions(core) > 0) return;
+  core.warnings.push_back("no prediction was due in the first " + first +
+                          concatenate(": detections of an id are more than ", settings.clean.max_gap_s,
+                                      " s apart (clean.max_gap_s), several have one time stamp, or an id is not that "
+                                      "of one person"));
+}
+
 /// Once, by the first tracks; before `clean`, which takes apart what moves too fast.
 void check_units(StreamCore& core, const OpenTrack& track, const ServiceSettings& settings) {
   if (core.counters.tracks >= kFirstTracks) return;
@@ -72,12 +82,12 @@ void check_units(StreamCore& core, const OpenTrack& track, const ServiceSettings
     path.positions_m.push_back(row.position_m);
   }
   if (core.first_tracks.size() < kFirstTracks) return;
-  core.warnings = unit_warnings(std::exchange(core.first_tracks, {}), settings.clean.max_gap_s,
-                                "give a camera (--camera, in Python camera=), or send metres and seconds");
-  if (core.warnings.empty() && core.counters.predictions + core.counters.superseded == 0)
-    core.warnings.push_back(
-        concatenate("none of the first ", kFirstTracks, " tracks could be predicted: their detections are more than ",
-                    settings.clean.max_gap_s, " s apart (clean.max_gap_s), or several have one time stamp"));
+  const std::vector<std::string> of_units =
+      unit_warnings(std::exchange(core.first_tracks, {}), settings.clean.max_gap_s,
+                    "give a camera (--camera, in Python camera=), or send metres and seconds");
+  core.warnings.insert(core.warnings.end(), of_units.begin(), of_units.end());
+  if (of_units.empty() && core.counters.detections < kFirstDetections)
+    warn_if_not_predicted(core, counted(kFirstTracks, "track"), settings);
 }
 
 void end_pedestrian(StreamCore& core, Pedestrian& pedestrian, const ServiceSettings& settings) {
@@ -206,7 +216,8 @@ IngestResult ingest(StreamCore& core, StreamId id, const Detection& given, doubl
   end_overdue(core, stream, settings);
   Pedestrian* const pedestrian = pedestrian_of(core, stream, row, settings);
   if (pedestrian == nullptr) return result(Rejection::too_many_ids);
-  ++core.counters.detections;
+  if (++core.counters.detections == kFirstDetections && core.counters.tracks < kFirstTracks)
+    warn_if_not_predicted(core, counted(kFirstDetections, "detection"), settings);
   const Trajectory& path = pedestrian->track.path;
   const auto start = [&] { return path.times_s.empty() ? std::nullopt : std::optional(path.times_s.front()); };
   const std::optional<double> before_s = start();

@@ -108,7 +108,7 @@ TEST(LiveStream, WarnsOnceIfNothingIsAccepted) {
   stream.update(1.1, cars);
   const std::vector<std::string> warnings = stream.take_warnings();
   ASSERT_EQ(warnings.size(), 1u);
-  EXPECT_TRUE(says(warnings[0], "no detection was accepted")) << warnings[0];
+  EXPECT_TRUE(says(warnings[0], "accepted so far: 0")) << warnings[0];
   const Detection person{"b", 1.0, {0.0, 0.0}, "0"};
   stream.update(1.2, std::span(&person, 1));
   EXPECT_EQ(stream.metrics().counters.detections, 1u) << "0 is a person, as in lines of detections";

@@ -10,6 +10,7 @@
 #include "service/streams.hpp"
 #include "sila/evaluate/evaluate.hpp"
 #include "sila/evaluate/training_support.hpp"
+#include "support/message_of.hpp"
 
 namespace sila {
 namespace {
@@ -285,6 +286,14 @@ TEST(StreamCore, PredictsNoSampleTwiceWhenARowContradictsTheLast) {
       expected_s.push_back(path.times_s[i]);
     EXPECT_EQ(times_s, expected_s) << "stride_s " << stride_s;
   }
+}
+
+TEST(StreamCore, WarnsOnceIfAnIdIsNotThatOfOnePerson) {
+  StreamCore core;
+  for (int k = 0; k < 12000; ++k)
+    ingest(core, 1, {"-1", 0.05 * (k / 2), {0.0, k % 2 == 0 ? 0.0 : 9.0}}, 0.0, service_settings());
+  ASSERT_EQ(core.warnings.size(), 1u);
+  EXPECT_TRUE(says(core.warnings[0], "an id is not that of one person"));
 }
 
 TEST(StreamCore, TheLongestWaitingPredictionIsMadeFirst) {

@@ -92,7 +92,7 @@ struct StreamCore {
   Counters counters;
   std::vector<FramedTrajectory> finished;  ///< tracks to learn; the caller removes them
   std::vector<Trajectory> first_tracks;    ///< as received, until `warnings` are made of them
-  std::vector<std::string> warnings;       ///< that positions or stamps have other units; the caller removes them
+  std::vector<std::string> warnings;       ///< of other units, or that nothing is predicted; the caller removes them
   std::vector<WindowScore> windows;        ///< scored windows, if `keep_windows`
   bool keep_windows = false;
 };
