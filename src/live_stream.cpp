@@ -112,9 +112,8 @@ void LiveStream::State::learn_finished() {
 void LiveStream::State::count(Rejection rejection) {
   const std::uint64_t of_kind = ++rejected[static_cast<std::size_t>(rejection)];
   if (of_kind == kManyRejected && core.counters.detections < of_kind)
-    core.warnings.push_back("detections accepted so far: " + std::to_string(core.counters.detections) +
-                            ", rejected: " + std::to_string(of_kind) + ", because " +
-                            std::string(text_of(rejection).text));
+    core.warnings.push_back("detections accepted so far: " + std::to_string(core.counters.detections) + ", rejected: " +
+                            std::to_string(of_kind) + ", because " + std::string(text_of(rejection).text));
 }
 
 LiveStream::LiveStream(LiveStreamOptions options) : state_(std::make_unique<State>(std::move(options))) {}
