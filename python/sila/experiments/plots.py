@@ -170,7 +170,7 @@ def _tradeoff(rows: pd.DataFrame, styles: Styles) -> Figure | None:
     return figure
 
 
-COSTS = {"training_s": "training [s of CPU]", "bytes": "bytes", "us_per_prediction": "µs of CPU a prediction, one thread"}
+COSTS = {"training_s": "training [s of CPU]", "bytes": "bytes", "us_per_prediction": "µs of CPU a prediction"}
 MOST_SHOWN = 2.0  # the other methods would be one point
 
 
