@@ -91,11 +91,12 @@ def _curves(curves: pd.DataFrame, place: str, styles: Styles, by_tracks: bool) -
     x = rows.groupby(["method", "episode"])["tracks"].transform("mean") if by_tracks else rows["tracks"]
     for axis, (value, label) in zip(axes.flat, (ERROR_PANELS if by_tracks else PANELS).items()):
         for method, style in styles.items():
-            points = rows[rows["method"] == method].groupby(x)[value].agg(["mean", "std", "count"]).dropna(subset="mean")
+            own = rows[rows["method"] == method].dropna(subset=value)
+            points = own.groupby(x)[value].agg(["mean", "std", "count"])
             points = points[2 * points["count"] >= points["count"].max()]
             if len(points) == 0:
                 continue
-            _with_spread(axis, points, method, style)
+            _with_spread(axis, points, method, style, joined=own.duplicated(["trial", "order"]).any())
             if value == "seconds":
                 last_seconds.append(points["mean"].iloc[-1])
         axis.set_xlabel("tracks learnt")
@@ -118,8 +119,8 @@ def _curves(curves: pd.DataFrame, place: str, styles: Styles, by_tracks: bool) -
     return figure
 
 
-def _with_spread(axis: Any, points: pd.DataFrame, method: str, style: dict[str, Any]) -> None:
-    line = "" if len(points) == 1 else "-"  # learnt at once
+def _with_spread(axis: Any, points: pd.DataFrame, method: str, style: dict[str, Any], joined: bool) -> None:
+    line = "-" if joined else ""  # each trial has one point
     axis.plot(points.index, points["mean"], ls=line, label=method, ms=4, markevery=max(1, len(points) // 6), **style)
     spread = points["std"].fillna(0)
     low, high = points["mean"] - spread, points["mean"] + spread
