@@ -162,7 +162,12 @@ class Sized(Method):
 
 
 @pytest.mark.parametrize(
-    ("size", "found"), [("'big', 8", "size: expected a number, found 'big'"), ("1, None", "bytes: expected a number")]
+    ("size", "found"),
+    [
+        ("'big', 8", "size: expected a number, found 'big'"),
+        ("1, None", "bytes: expected a number"),
+        ("np.nan, 8", "size: expected a finite number, found nan"),
+    ],
 )
 def test_a_size_that_is_no_number_is_rejected_with_the_method(tmp_path, size, found, capsys):
     (tmp_path / "own.py").write_text(SIZED.format(size=size))

@@ -120,6 +120,8 @@ def learn(experiment: Experiment, run: Run, protocol: Protocol) -> tuple[list[Js
 def number_of(method: Method, name: str) -> int | float:
     """The size or the bytes of a method, also of numbers of NumPy, which JSON does not take."""
     found = number(f"{type(method).__name__}.{name}", getattr(method, name))
+    if not np.isfinite(found):
+        raise ValueError(f"{type(method).__name__}.{name}: expected a finite number, found {found}")
     return int(found) if found.is_integer() else found
 
 
