@@ -33,6 +33,7 @@ from test_experiments import SMALL, written
         ({"tracks": [-1, 10]}, ["tracks", "from 0"]),
         ({"tracks": 10}, ["tracks", "list"]),
         ({"scenes": [{"name": "a", "simulate": {}, "used_for_choices": 1}]}, ["used_for_choices as true or false"]),
+        ({"scenes": [{"name": "all", "simulate": {}}]}, ["scene 1 with another name", '"all"']),
         ({"tracks": [10], "every_episode": True}, ["tracks", "every_episode"]),
     ],
 )

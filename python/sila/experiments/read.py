@@ -20,6 +20,7 @@ from ..errors import FormatError
 from .experiment import Experiment, ExperimentMethod, ExperimentScene, Overrides, Settings
 from .methods import METHODS, load_method
 from .protocol import split_scene
+from .tables import ALL
 
 KINDS = ("one_place", "places", "transfer")
 SPLITS = ("time", "track", "both")
@@ -127,7 +128,10 @@ def _require_different(what: str, names: Sequence[str]) -> None:
 
 def _scene_name(file: str, item: Any, where: str) -> str:
     _require_keys(file, item, where, ["name", "scene", "scenes", "simulate", "noise_m", "config", "used_for_choices"])
-    return _text(file, item, where, "name")
+    name = _text(file, item, where, "name")
+    if name == ALL:
+        raise FormatError(file, 0, f"{where} with another name, as that of all scenes together is", json.dumps(name))
+    return name
 
 
 def _scene_config(file: str, item: dict[str, Any], where: str, base: str) -> str:
