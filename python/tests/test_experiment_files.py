@@ -34,6 +34,8 @@ from test_experiments import SMALL, written
         ({"tracks": 10}, ["tracks", "list"]),
         ({"scenes": [{"name": "a", "simulate": {}, "used_for_choices": 1}]}, ["used_for_choices as true or false"]),
         ({"scenes": [{"name": "all", "simulate": {}}]}, ["scene 1 with another name", '"all"']),
+        ({"methods": ["sila", {"method": "sila", "name": "si/la"}, {"method": "sila", "name": "si la"}]}, ["si_la", "twice"]),
+        ({"split": "both", "methods": [{"method": "sila", "name": n} for n in ("a", "a-track")]}, ["a-track.json", "twice"]),
         ({"tracks": [10], "every_episode": True}, ["tracks", "every_episode"]),
     ],
 )

@@ -6,6 +6,7 @@ import difflib
 import json
 import os
 import sys
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -19,7 +20,7 @@ from .._sila import FramedTracks, Scene, Track
 from ..errors import FormatError
 from .experiment import Experiment, ExperimentMethod, ExperimentScene, Overrides, Settings
 from .methods import METHODS, load_method
-from .protocol import split_scene
+from .protocol import runs_of, split_scene
 from .tables import ALL
 
 KINDS = ("one_place", "places", "transfer")
@@ -121,7 +122,7 @@ def _merged(file: str, where: str, base: str, changes: Mapping[str, Any]) -> str
 
 
 def _require_different(what: str, names: Sequence[str]) -> None:
-    twice = next((name for name in names if names.count(name) > 1), None)
+    twice = next((name for name, count in Counter(names).items() if count > 1), None)
     if twice is not None:
         raise ValueError(f"experiment: {what} has '{twice}' twice, names must differ")
 
@@ -265,6 +266,7 @@ def _check(experiment: Experiment) -> None:
         raise ValueError("experiment: a method without a scene knows one place, so it needs the kind one_place")
     if settings.kind != "one_place" and len(scenes) < 2:
         raise ValueError("experiment: scenes = one, this kind needs at least two")
+    _require_different("the folder runs", [run.file for run in runs_of(experiment)])
     for scene in scenes:
         for split in settings.splits:
             split_scene(scene, settings, 1, split)
