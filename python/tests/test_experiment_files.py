@@ -60,6 +60,10 @@ def test_an_option_without_effect_on_the_field_protocol_is_rejected(tmp_path, op
         ({"scenes": [{"name": "a", "scene": "x.json"}]}, ["scene 1", "scene", "files"]),
         ({"methods": [{"name": "sila", "method": "sila"}]}, ["method 1", '"learnt"']),
         ({"methods": ["sila"]}, ["method 1 to be an object"]),
+        ({"methods": 2 * [{"name": "sila", "method": "sila", "learnt": "in_place"}]}, ["'sila, in_place' twice"]),
+        ({"reference": "sila"}, ["a known key", '"reference"']),
+        ({"seed": "x"}, ["seed as a int", '"x"']),
+        ({"bootstraps": 0}, ["bootstraps from 100"]),
         ({"kind": "fields"}, ["one_place, places, transfer, field"]),
     ],
 )

@@ -19,6 +19,7 @@ from .. import _sila
 from .._config import merged
 from .._sila import FramedTracks, Scene, person_of
 from ..errors import FormatError, UsageError
+from .experiment import Overrides
 from .field_measures import collides, mahalanobis_measures, path_measures
 from .field_report import LEARNT, MIXTURE_WINDOWS, SAMPLES, markdown
 from .gaussian_path import folds
@@ -27,7 +28,7 @@ from .measures import modes_of, samples_of
 from .method import Array, Method, checked
 from .methods import load_method, source_of
 from .neighbours import inputs_of
-from .read import _list, _require_keys, _text
+from .read import _list, _require_different, _require_keys, _settings, _text
 from .sampler import DRAWN, SEEN, STEP_S, Sampler, together
 from .trajnet import write_trajnet
 
@@ -39,7 +40,7 @@ CONFIG = {
         "mode_horizon_s": DRAWN * STEP_S,
     }
 }
-_KEYS = ["about", "kind", "scenes", "methods", "reference", "seed", "bootstraps", "config"]
+_KEYS = ["about", "kind", "scenes", "methods", "seed", "bootstraps", "config"]
 
 
 @dataclass(frozen=True)
@@ -165,6 +166,7 @@ def read_field(file: str, data_dir: str | None) -> tuple[dict[str, Any], list[Fi
     """Settings, scenes and methods of an experiment file of the kind `field`."""
     whole = json.loads(_sila.config_from_file(file))
     _require_keys(file, whole, "the experiment", _KEYS)
+    _settings(file, {key: whole[key] for key in ("seed", "bootstraps") if key in whole}, Overrides())
     if data_dir is None:
         raise UsageError("experiment: this one needs --data-dir, the folder of the recorded tracks")
     config = merged(merged("{}", CONFIG), whole.get("config", {}))
@@ -181,18 +183,22 @@ def read_field(file: str, data_dir: str | None) -> tuple[dict[str, Any], list[Fi
         except ImportError as error:
             print(f"{item['name']}: not run here: {error}", file=sys.stderr)
         methods.append(entry)
+    _require_different("methods", [f"{m['name']}, {m['learnt']}" for m in methods])
     scenes = []
     for n, item in enumerate(_list(file, whole, "the experiment", "scenes"), 1):
         _require_keys(file, item, f"scene {n}", ["name", "files"])
         name, files = _text(file, item, f"scene {n}", "name"), _list(file, item, f"scene {n}", "files")
         print(f"reading {name}", file=sys.stderr)
         scenes.append(read_scene(name, files, Path(data_dir), config))
+    _require_different("scenes", [scene.name for scene in scenes])
     return whole, scenes, methods
 
 
 def run_field(file: str, out: str, data_dir: str | None) -> None:
     """Does what is not in `out` yet, writes table.md after each scene, and predictions in TrajNet++'s format."""
     settings, scenes, methods = read_field(file, data_dir)
+    if all(entry["cls"] is None for entry in methods):
+        raise ValueError("experiment: expected a method that can run here, found none")
     folder, seed, build = Path(out), settings.get("seed", 100), build_hash()
     (folder / "runs").mkdir(parents=True, exist_ok=True)
     results: list[dict[str, Any]] = []

@@ -40,7 +40,7 @@ def markdown(
 ) -> str:
     values = [_values(result) for result in results]
     table = pd.DataFrame(values).set_index(["scene", "method", "learnt"])
-    reference = (methods[0]["name"], methods[0]["learnt"])
+    reference = next((entry["name"], entry["learnt"]) for entry in methods if entry["cls"] is not None)
     made = made_with(entry["cls"] for entry in methods)
     text = [
         f"# {Path(file).stem}\n\n{provenance(made)}\n",
