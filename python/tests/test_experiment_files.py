@@ -64,6 +64,7 @@ def test_an_option_without_effect_on_the_field_protocol_is_rejected(tmp_path, op
         ({"reference": "sila"}, ["a known key", '"reference"']),
         ({"seed": "x"}, ["seed as a int", '"x"']),
         ({"bootstraps": 0}, ["bootstraps from 100"]),
+        ({"config": {"predict": {"horizon_s": 3}}}, ["config to leave", "predict.horizon_s"]),
         ({"kind": "fields"}, ["one_place, places, transfer, field"]),
     ],
 )

@@ -28,7 +28,7 @@ from .measures import modes_of, samples_of
 from .method import Array, Method, checked
 from .methods import load_method, source_of
 from .neighbours import inputs_of
-from .read import _list, _require_different, _require_keys, _settings, _text
+from .read import _list, _require_different, _require_keys, _require_scored_alike, _settings, _text
 from .sampler import DRAWN, SEEN, STEP_S, Sampler, together
 from .trajnet import write_trajnet
 
@@ -170,6 +170,7 @@ def read_field(file: str, data_dir: str | None) -> tuple[dict[str, Any], list[Fi
     if data_dir is None:
         raise UsageError("experiment: this one needs --data-dir, the folder of the recorded tracks")
     config = merged(merged("{}", CONFIG), whole.get("config", {}))
+    _require_scored_alike(file, "config", merged("{}", CONFIG), config)
     methods = []
     for n, item in enumerate(_list(file, whole, "the experiment", "methods"), 1):
         _require_keys(file, item, f"method {n}", ["name", "method", "learnt", "parameters"])

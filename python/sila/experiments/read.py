@@ -252,7 +252,7 @@ def _require_scored_alike(file: str, where: str, of_scene: str, of_method: str) 
         return values
 
     if scored(of_scene) != scored(of_method):
-        expected = f"{where} to leave {', '.join(SCORED_ALIKE)} as the scene has them, so that all are scored alike"
+        expected = f"{where} to leave {', '.join(SCORED_ALIKE)} unchanged, so that all are scored alike"
         raise FormatError(file, 0, expected, "a change of one of them")
 
 
