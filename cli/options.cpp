@@ -218,11 +218,8 @@ Config configured(const CommonOptions& common, Config base) {
 }
 
 Config configured(const CommonOptions& common, const StoredModel& stored, const std::string& path) {
-  const Config kept = config_of(stored, path), config = configured(common, kept);
-  require_same_units(stored.model, config.episode);
-  if (stored.model.episodes > 0 && config.metres_per_pixel != kept.metres_per_pixel)
-    throw std::invalid_argument("metres_per_pixel differs from that of " + path +
-                                ", which its episodes depend on; leave it out");
+  const Config config = configured(common, config_of(stored, path));
+  require_same_units(stored, config);
   return config;
 }
 

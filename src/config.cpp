@@ -122,6 +122,16 @@ Config config_of(const StoredModel& stored, std::string_view source) {
   return apply_json(Config{}, json, source);
 }
 
+void require_same_units(const StoredModel& stored, const Config& config) {
+  require_same_units(stored.model, config.episode);
+  if (stored.model.episodes == 0) return;
+  const double scale = config.metres_per_pixel, learnt_at = config_of(stored).metres_per_pixel;
+  if (scale == learnt_at) return;
+  throw invalid_argument("config: metres_per_pixel = ", scale, ", but the model was learnt ",
+                         learnt_at > 0.0 ? concatenate("at metres_per_pixel = ", learnt_at) : "in metres",
+                         "; learn a new one");
+}
+
 Scene scene_of(const IntersectionScene& simulated) {
   Scene scene;
   scene.name = "simulated " + simulated.name;

@@ -71,6 +71,10 @@ Config read_config(Config config, const nlohmann::json& json, std::string_view s
 /// Throws: FormatError, naming `source`, for a field that is unknown or out of range.
 Config config_of(const StoredModel& stored, std::string_view source = "model");
 
+/// Throws: std::invalid_argument if the configuration has other units, another interval or another scale of pixels than
+/// those that the episodes of the model were learnt with.
+void require_same_units(const StoredModel& stored, const Config& config);
+
 /// The corners of a simulated intersection as a scene.
 Scene scene_of(const IntersectionScene& simulated);
 

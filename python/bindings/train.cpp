@@ -95,9 +95,7 @@ void bind_episode(nb::module_& module) {
              nb::call_guard<nb::gil_scoped_release>());
   module.def(
       "require_same_units",
-      [](const StoredModel& stored, const std::string& config) {
-        require_same_units(stored.model, config_of(config).episode);
-      },
+      [](const StoredModel& stored, const std::string& config) { require_same_units(stored, config_of(config)); },
       "model"_a, "config"_a);
   module.def("fuse", &fuse_stored, "previous"_a, "incoming"_a, "config"_a, "threads"_a,
              nb::call_guard<nb::gil_scoped_release>());

@@ -276,13 +276,6 @@ def _model(argument: str, given: Any) -> Model:
 def _settings(argument: str, model: Any, config: ConfigLike) -> str:
     """The configuration of a model with changes, which cannot change the units and the interval that it was learnt in."""
     settings = merged(_model(argument, model).config_json, config)
-    if model.episodes == 0:
-        return settings
-    now, then = (json.loads(text) for text in (settings, merged(model.config_json, None)))
-    scale, learnt_at = now["metres_per_pixel"], then["metres_per_pixel"]
-    if scale != learnt_at:
-        units = f"at metres_per_pixel = {learnt_at:g}" if learnt_at > 0 else "in metres"
-        raise ValueError(f"config: metres_per_pixel = {scale:g}, but the model was learnt {units}; learn a new one")
     _sila.require_same_units(model, settings)
     return settings
 

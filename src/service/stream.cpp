@@ -129,7 +129,8 @@ void end_overdue(StreamCore& core, Stream& stream, const ServiceSettings& settin
 /// pedestrian keeps its place in the queue.
 void queue_prediction(StreamCore& core, Stream& stream, const Detection& row, Pedestrian& pedestrian, double arrived_s,
                       const ServiceSettings& settings) {
-  const auto next_s = next_due_s(pedestrian.first_due_s, pedestrian.due_s, row.t_s, settings.service.stride_s);
+  const double first_due_s = pedestrian.track.path.times_s.front() + settings.episode.predict.min_observe_s;
+  const auto next_s = next_due_s(first_due_s, pedestrian.due_s, row.t_s, settings.service.stride_s);
   if (!next_s) {
     ++core.counters.not_due;
     return;
@@ -225,8 +226,7 @@ IngestResult ingest(StreamCore& core, StreamId id, const Detection& given, doubl
     ++core.counters.not_due;
     return result({});
   }
-  if (before_s != start())
-    pedestrian->first_due_s = pedestrian->due_s = *start() + settings.episode.predict.min_observe_s;
+  if (before_s != start()) pedestrian->due_s = *start() + settings.episode.predict.min_observe_s;
   queue_score(core, id, row.track, *pedestrian, settings);
   queue_prediction(core, stream, row, *pedestrian, arrived_s, settings);
   return result({});

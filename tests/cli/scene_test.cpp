@@ -169,7 +169,8 @@ TEST_F(Program, LearnsFromPixelsWithoutACamera) {
   expect_rejected("learn metres.csv --units pixels --model n.sila", {"1.3 m", "are the positions metres"});
   ASSERT_EQ(run("learn metres.csv --model metres.sila").code, 0);
   expect_rejected("learn pixels.csv --units pixels --model metres.sila", {"learnt in metres"});
-  expect_rejected("learn metres.csv --set metres_per_pixel=0.02 --model metres.sila", {"metres_per_pixel differs"});
+  expect_rejected("learn metres.csv --set metres_per_pixel=0.02 --model metres.sila",
+                  {"metres_per_pixel = 0.02, but the model was learnt in metres"});
   expect_rejected("fuse m.sila metres.sila --out f.sila", {"not of one scale"});
   folder_.write("few.csv", rows.substr(0, 1000));
   expect_rejected("learn few.csv --units pixels --model n.sila", {"0 of the first 1 tracks", "camera"});

@@ -45,7 +45,6 @@ struct OpenTrack {
 /// A pedestrian whose track is open.
 struct Pedestrian {
   OpenTrack track;
-  double first_due_s = 0.0;        ///< when the first prediction of the path was due, on the clock of the stream
   double due_s = 0.0;              ///< when the next prediction is due, on the clock of the stream
   bool queued = false;             ///< is in `Stream::due`
   bool score_queued = false;       ///< is in `StreamCore::due_scores`
