@@ -54,7 +54,7 @@ CurbFrame frame_of_tracks(std::span<const FramedTrajectory> tracks) {
   const Vector2 axis = principal_axis(positions_m);
   const Matrix2 axes = axes_along(axis);
   for (Vector2& position_m : positions_m) position_m = axes.transpose() * position_m;
-  // Whole metres, because the median can be the position of one person who stands; + 0 makes -0 a 0.
+  // Rounded, because the median can be the exact position of a person who stands. Adding 0 turns -0 into 0.
   const Vector2 origin_m = (axes * median_position(positions_m)).array().round() + 0.0;
   CurbFrame frame = make_curb_frame(origin_m, axis, left_of(axis), kTrackFrameWidth_m);
   frame.from_tracks = true;
