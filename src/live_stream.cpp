@@ -54,6 +54,7 @@ LiveStream::State::State(LiveStreamOptions options) : path(options.file), stored
   validate(config.episode);
   const Model& model = stored.model;
   require_fitting(model, config.episode);
+  require_same_units(stored, config);
   scene = std::move(options.scene);
   if (!scene.corners.empty() || !model.sites.empty()) scene = scene_for(scene, model, {}, config.corners);
   settings = {config.service,

@@ -131,7 +131,8 @@ auto all_weights(const Prediction& prediction) {
   return array_of(list_of(prediction.modes, &Mode::weight), {prediction.modes.size()});
 }
 
-using ModeState = std::tuple<double, std::vector<double>, std::vector<double>, std::vector<int>, int, std::size_t>;
+using ModeState =
+    std::tuple<double, std::vector<double>, std::vector<double>, std::vector<int>, int, std::vector<std::size_t>>;
 using RegionState = std::pair<double, std::vector<double>>;
 /// The position at t0, the heading, and whether the site is mirrored.
 using PoseState = std::tuple<double, double, double, double, bool>;
@@ -151,7 +152,7 @@ PredictionState state_of(const TrackPrediction& prediction) {
     append(path, mode.path_m);
     append(covariances, mode.covariances_m2);
     modes.push_back({mode.weight, std::move(path), std::move(covariances), mode.primitives,
-                     static_cast<int>(mode.variant), mode.source});
+                     static_cast<int>(mode.variant), mode.sources});
   }
   const Prediction& content = prediction.content;
   const PoseState pose(content.start_m.x(), content.start_m.y(), content.heading.x(), content.heading.y(),
@@ -170,8 +171,8 @@ TrackPrediction prediction_in(const PredictionState& state) {
   prediction.content.heading = {std::get<2>(pose), std::get<3>(pose)};
   prediction.content.mirrored = std::get<4>(pose);
   for (const auto& [probability, levels] : regions) prediction.content.regions.push_back({probability, levels});
-  for (const auto& [weight, path, covariances, primitives, variant, source] : modes) {
-    Mode mode{weight, {}, {}, primitives, static_cast<VariantKind>(variant), source};
+  for (const auto& [weight, path, covariances, primitives, variant, sources] : modes) {
+    Mode mode{weight, {}, {}, primitives, static_cast<VariantKind>(variant), sources};
     for (std::size_t i = 0; i + 1 < path.size(); i += 2) mode.path_m.emplace_back(path[i], path[i + 1]);
     for (std::size_t i = 0; i + 3 < covariances.size(); i += 4) {
       Matrix2 matrix;

@@ -62,7 +62,14 @@ def test_an_option_without_effect_on_the_field_protocol_is_rejected(tmp_path, op
         ({"methods": ["sila"]}, ["method 1 to be an object"]),
         ({"methods": 2 * [{"name": "sila", "method": "sila", "learnt": "in_place"}]}, ["'sila, in_place' twice"]),
         ({"reference": "sila"}, ["a known key", '"reference"']),
-        ({"seed": "x"}, ["seed as a int", '"x"']),
+        (
+            {
+                "methods": [{"name": "sila", "method": "sila", "learnt": "elsewhere"}],
+                "scenes": [{"name": "a", "files": ["a.txt"]}],
+            },
+            ["a second scene"],
+        ),
+        ({"seed": "x"}, ["seed of type int", '"x"']),
         ({"bootstraps": 0}, ["bootstraps from 100"]),
         ({"config": {"predict": {"horizon_s": 3}}}, ["config to leave", "predict.horizon_s"]),
         ({"kind": "fields"}, ["one_place, places, transfer, field"]),

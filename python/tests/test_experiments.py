@@ -215,8 +215,8 @@ def test_the_size_after_a_share_of_the_episodes_is_known_for_any_number_of_them(
 def test_measures_of_a_gaussian_are_those_of_the_textbook():
     truth = np.random.default_rng(1).normal(size=(2000, 5, 2)) * 0.7
     values, _ = measures_of(modes_of(gaussians(2000, 0.7)), truth, [True] * 2000, [""] * 2000)
-    assert values["area_68_m2"].mean() == pytest.approx(-2 * np.log(0.32) * np.pi * 0.49, rel=0.05)
-    assert values["area_95_m2"].mean() == pytest.approx(-2 * np.log(0.05) * np.pi * 0.49, rel=0.08)
+    assert values["area_68_m2"].mean() == pytest.approx(-2 * np.log(0.32) * np.pi * 0.49, rel=0.01)
+    assert values["area_95_m2"].mean() == pytest.approx(-2 * np.log(0.05) * np.pi * 0.49, rel=0.02)
     # E|X - Y| - E|X - X'| / 2 of equal Gaussians in the plane: half of sqrt(pi) sigma
     assert values["energy_score_m"].mean() == pytest.approx(0.5 * np.sqrt(np.pi) * 0.7, rel=0.03)
     narrow, _ = measures_of(modes_of(gaussians(2000, 0.5)), truth, [True] * 2000, [""] * 2000)
@@ -224,7 +224,7 @@ def test_measures_of_a_gaussian_are_those_of_the_textbook():
     assert narrow["area_68_m2"].mean() < 0.6 * values["area_68_m2"].mean()
     for at_equal_coverage in (values, narrow):  # circles that hold 68 % of the truths, whatever the density says
         area = at_equal_coverage["equal_area_68_m2"].mean()
-        assert area == pytest.approx(-2 * np.log(0.32) * np.pi * 0.49, rel=0.08)
+        assert area == pytest.approx(-2 * np.log(0.32) * np.pi * 0.49, rel=0.05)
     narrowest, _ = measures_of(modes_of(gaussians(2000, 0.2)), truth, [True] * 2000, [""] * 2000)
     assert np.isnan(narrowest["equal_area_95_m2"]).all()  # beyond its samples
 

@@ -72,7 +72,7 @@ Mode& add_mode(Workspace& workspace, double weight) {
   Mode& mode = modes.back();
   mode.weight = weight;
   mode.variant = VariantKind::expected;
-  mode.source = modes.size() - 1;
+  mode.sources.assign(1, modes.size() - 1);
   mode.primitives.clear();
   mode.primitives.reserve(32);  // reused modes keep their capacity
   mode.path_m.resize(workspace.prediction.times_s.size());

@@ -37,8 +37,10 @@ Explanation explain(const Predictor& predictor, const CurbTrajectory& observed) 
   for (const Mode& mode : prediction.modes) {
     ModeExplanation explained{mode.weight, mode.variant, mode.primitives, {}};
     if (!prediction.fallback) {
-      for (const std::size_t member : set.groups[mode.source])
-        explained.rollouts.push_back(explain_rollout(prepared_in(predictor).fields(), set.rollouts[member], total));
+      for (const std::size_t source : mode.sources) {
+        for (const std::size_t member : set.groups[source])
+          explained.rollouts.push_back(explain_rollout(prepared_in(predictor).fields(), set.rollouts[member], total));
+      }
     }
     explanation.modes.push_back(std::move(explained));
   }

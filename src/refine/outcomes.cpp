@@ -98,9 +98,14 @@ std::vector<double> nearest_probabilities(const Prediction& prediction) {
   std::vector<double> probabilities(modes.size(), 0.0);
   if (prediction.times_s.empty()) return probabilities;
   const std::size_t last = prediction.times_s.size() - 1, middle = last / 2;
+  // Points in the axes of the heading make the error the same in any axes of the world.
+  const Matrix2 rotation = prediction.heading.isZero() ? Matrix2::Identity() : to_heading(prediction);
+  const auto factor = [&](const Matrix2& covariance) -> Matrix2 {
+    const Matrix2 turned = rotation * covariance * rotation.transpose();
+    return rotation.transpose() * Matrix2(turned.llt().matrixL());
+  };
   for (const Mode& mode : modes) {
-    const Matrix2 to_middle = mode.covariances_m2[middle].llt().matrixL();
-    const Matrix2 to_last = mode.covariances_m2[last].llt().matrixL();
+    const Matrix2 to_middle = factor(mode.covariances_m2[middle]), to_last = factor(mode.covariances_m2[last]);
     for (const Vector2& u : points) {
       const Vector2 at_middle_m = mode.path_m[middle] + to_middle * u, at_last_m = mode.path_m[last] + to_last * u;
       std::size_t nearest = 0;

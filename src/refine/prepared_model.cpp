@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/concatenate.hpp"
 #include "core/kinematics.hpp"
@@ -62,6 +63,18 @@ void widen_to_least_error(std::span<Mode> modes) {
       if (smaller_m2 < least_m2) c.diagonal().array() += least_m2 - smaller_m2;
     }
   }
+}
+
+/// Makes the last mode part of an earlier one with the same path: roll-outs that no residual GP tells apart.
+void join_last_mode(Workspace& workspace) {
+  std::vector<Mode>& modes = workspace.prediction.modes;
+  Mode& last = modes.back();
+  const auto same = std::ranges::find(modes, last.path_m, &Mode::path_m);
+  if (same == modes.end() - 1) return;
+  same->weight += last.weight;
+  same->sources.push_back(last.sources.front());
+  workspace.spare.push_back(std::move(last));
+  modes.pop_back();
 }
 
 /// Sets the position and the heading that outcomes refer to (sila/refine/outcomes.hpp).
@@ -209,16 +222,20 @@ void PreparedModel::add_stacked_modes(const MergedRollouts& merged, const Hazard
   const ErrorDensity& density = stacking.density(seen.person.density(), seen.uses_residuals);
   const Vector2 start_m = workspace.prediction.start_m;
   const bool wide = has_wide_modes(config_);
-  ErrorScale scale;
-  for (std::size_t m = 0; m < (fallback ? 1 : merged.rollouts.size()); ++m) {
+  const std::size_t count = fallback ? 1 : merged.rollouts.size();
+  const auto scales = workspace.scratch.array<ErrorScale>(count);
+  for (std::size_t m = 0; m < count; ++m) {
     Mode& mode = add_mode(workspace, fallback ? 1.0 : merged.rollouts[m].weight);
+    mode.sources.assign(1, m);
     if (!fallback) visit_primitives(fields_, merged.rollouts[m].transitions, mode.primitives);
     const ResidualPrediction& residuals = fallback ? seen.residuals : merged.residuals[m];
-    const ErrorScale own = fill_path(mode, stacking, seen, residuals, correction, start_m, interval_s_);
-    fill_covariances(mode, density, wide ? std::optional<std::size_t>(0) : std::nullopt, own, start_m);
-    if (m == 0) scale = own;
+    scales[m] = fill_path(mode, stacking, seen, residuals, correction, start_m, interval_s_);
+    fill_covariances(mode, density, wide ? std::optional<std::size_t>(0) : std::nullopt, scales[m], start_m);
+    join_last_mode(workspace);
   }
+  sort_by_weight(workspace.prediction.modes);
   if (!wide) return;
+  const ErrorScale& scale = scales[workspace.prediction.modes.front().sources.front()];
   const ComponentWeights weights = component_weights(stacking, seen, density, scale, hazard, workspace.scratch);
   for (Mode& mode : workspace.prediction.modes) mode.weight *= weights[0];
   if (!seen.person.hardly_moved()) add_variants(workspace, density, scale, start_m, config_);

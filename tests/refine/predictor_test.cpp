@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -34,6 +35,12 @@ TEST(Predictor, GivesSoundPredictionsOfAtMostTheModesAskedFor) {
         const Prediction prediction = predictor.predict(window.observed);
         expect_sound(prediction);
         EXPECT_LE(prediction.modes.size(), static_cast<std::size_t>(most)) << variants;
+        for (const Mode& mode : prediction.modes) {
+          const auto same = [&](const Mode& other) {
+            return other.variant != VariantKind::wide && other.path_m == mode.path_m;
+          };
+          EXPECT_EQ(std::ranges::count_if(prediction.modes, same), 1);
+        }
       }
     }
   }

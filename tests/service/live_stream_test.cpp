@@ -58,6 +58,8 @@ TEST(LiveStream, ContinuesItsModelFileWithTheConfigurationOfTheModel) {
   EXPECT_EQ(load_model(file).episodes.size(), 2u);
   ASSERT_FALSE(predictions.empty());
   EXPECT_NEAR(predictions.back().prediction.times_s.back(), 3.0, 1e-9);
+  config.metres_per_pixel = 0.02;
+  EXPECT_THROW(LiveStream({.file = file, .config = config}), std::invalid_argument);
 }
 
 TEST(LiveStream, EpisodesFollowTheLastRecordOfItsStart) {

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "refine/error_statistics.hpp"
+#include "sila/refine/outcomes.hpp"
 #include "sila/train/episode.hpp"
 #include "sila/train/fleet.hpp"
 #include "support/learnt.hpp"
@@ -249,8 +250,10 @@ TEST(Sites, PredictTheSameInAnyAxesOfTheWorld) {
     const Prediction a = predictor.predict(windows[w].observed), b = of_other.predict(other_windows[w].observed);
     standing += a.standing ? 1 : 0;
     ASSERT_EQ(a.modes.size(), b.modes.size());
+    const std::vector<double> nearest = nearest_probabilities(a), other_nearest = nearest_probabilities(b);
     for (std::size_t m = 0; m < a.modes.size(); ++m) {
       EXPECT_NEAR(a.modes[m].weight, b.modes[m].weight, 1e-9);
+      EXPECT_NEAR(nearest[m], other_nearest[m], 1e-9);
       EXPECT_LT((rotation * a.modes[m].path_m.back() - b.modes[m].path_m.back()).norm(), 1e-9);
       const Matrix2 covariance_m2 = rotation * a.modes[m].covariances_m2.back() * rotation.transpose();
       EXPECT_LT((covariance_m2 - b.modes[m].covariances_m2.back()).norm(), 1e-9);

@@ -27,7 +27,7 @@ struct CleanConfig {
 
 void fields(MaybeConst<CleanConfig> auto& config, auto&& visit) {
   visit.number("max_gap_s", config.max_gap_s, Range{0.0, 60.0, true}, "s",
-               "a gap longer than this, plus a fifth of the interval before it, splits a track");
+               "a gap longer than this, plus a fifth of the interval before it (at most of this), splits a track");
   visit.number("max_speed_mps", config.max_speed_mps, Range{0.0, 100.0, true}, "m/s",
                "a faster jump is a re-used id (the track is split) or an outlier (the sample is dropped)");
   visit.flag("pedestrians_only", config.pedestrians_only, "drop rows whose class label is not that of a pedestrian");

@@ -24,7 +24,7 @@ struct Mode {
   std::vector<Matrix2> covariances_m2;  ///< of the position, positive definite; same length
   std::vector<int> primitives;          ///< visited, in order; empty for constant velocity
   VariantKind variant = VariantKind::expected;
-  std::size_t source = 0;  ///< which of the merged roll-outs it comes from, heaviest first
+  std::vector<std::size_t> sources = {};  ///< numbers of the merged roll-outs that it comes from, heaviest first
 
   bool operator==(const Mode&) const = default;
 };

@@ -185,8 +185,10 @@ def read_field(file: str, data_dir: str | None) -> tuple[dict[str, Any], list[Fi
             print(f"{item['name']}: not run here: {error}", file=sys.stderr)
         methods.append(entry)
     _require_different("methods", [f"{m['name']}, {m['learnt']}" for m in methods])
-    scenes = []
-    for n, item in enumerate(_list(file, whole, "the experiment", "scenes"), 1):
+    scenes, listed = [], _list(file, whole, "the experiment", "scenes")
+    if len(listed) == 1 and any(method["learnt"] == "elsewhere" for method in methods):
+        raise FormatError(file, 0, "a second scene, because a method learns elsewhere", "one scene")
+    for n, item in enumerate(listed, 1):
         _require_keys(file, item, f"scene {n}", ["name", "files"])
         name, files = _text(file, item, f"scene {n}", "name"), _list(file, item, f"scene {n}", "files")
         print(f"reading {name}", file=sys.stderr)

@@ -92,7 +92,7 @@ def _settings(file: str, given: dict[str, Any], overrides: Overrides) -> Setting
         default = getattr(Settings, name)
         fits = isinstance(value, (int, float)) if isinstance(default, float) else type(value) is type(default)
         if not fits:
-            raise FormatError(file, 0, f"{name} as a {type(default).__name__}", json.dumps(value))
+            raise FormatError(file, 0, f"{name} of type {type(default).__name__}", json.dumps(value))
         low, high = RANGES.get(name, (None, None))
         if low is not None and high is not None and not low <= value <= high:
             raise FormatError(file, 0, f"{name} from {low:g} to {high:g}", json.dumps(value))
