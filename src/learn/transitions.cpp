@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 namespace sila {
 namespace {
@@ -16,12 +17,11 @@ std::size_t samples_in(double stride_s, const CurbTrajectory& track) {
   return static_cast<std::size_t>(std::max(1L, std::lround(stride_s / (track.times_s[1] - track.times_s[0]))));
 }
 
-/// The samples of stretches. Of each stretch one every `stride_s`, the first half of that after the start; of one
-/// shorter than `stride_s` the middle sample. At least one stretch must not be empty: the first of a transition is not.
+/// The samples of stretches, of which none is empty. Of each stretch one every `stride_s`, the first half of that after
+/// the start; of one shorter than `stride_s` the middle sample.
 GpData gather(std::span<const CurbTrajectory> tracks, const std::vector<Stretch>& stretches, double stride_s) {
   std::vector<Vector2> positions, velocities;
   for (const auto& [number, begin, end] : stretches) {
-    if (begin == end) continue;
     const CurbTrajectory& track = tracks[number];
     const std::size_t stride = samples_in(stride_s, track);
     for (std::size_t t = begin + std::min(stride / 2, (end - begin - 1) / 2); t < end; t += stride) {
@@ -43,13 +43,11 @@ std::map<TransitionKey, ObservedTransition> observe_transitions(std::span<const 
   std::map<TransitionKey, std::vector<SiteCount>> counts;
   for (std::size_t i = 0; i < tracks.size(); ++i) {
     const std::vector<Segment>& runs = segments[i];
-    std::map<TransitionKey, std::size_t> last_end;  // of this track: a pair seen twice must not give a sample twice
+    std::set<TransitionKey> seen;  // on this track; stretches of one transition share no sample, as neighbours differ
     const auto add = [&](const Segment& from, const Segment& to) {
       const TransitionKey key{from.primitive, to.primitive};
-      const auto [seen, first] = last_end.try_emplace(key, from.begin);
-      if (first) add_count(counts[key], {sites[i], 1.0, 1});
-      stretches[key].push_back({i, std::max(from.begin, seen->second), to.end});
-      seen->second = to.end;
+      if (seen.insert(key).second) add_count(counts[key], {sites[i], 1.0, 1});
+      stretches[key].push_back({i, from.begin, to.end});
     };
     if (runs.size() == 1) add(runs.front(), runs.front());
     for (std::size_t r = 1; r < runs.size(); ++r) add(runs[r - 1], runs[r]);
