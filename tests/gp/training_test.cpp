@@ -156,6 +156,19 @@ TEST(Fit, OptimisationImprovesTheLikelihoodInsideTheBox) {
   });
 }
 
+TEST(Fit, OptimisesAboutTheMeanThatItKeeps) {
+  Generator make(6);
+  GpData data = make.data(2, 80, 2);
+  data.outputs.array() += 3.0;
+  GpConfig config{.pseudo_inputs = PseudoInputChoice::optimised, .max_pseudo_inputs = 10};
+  const auto about_zero = [&](ConstantMean mean) {
+    config.constant_mean = mean;
+    const SparseGp gp = fit_sparse_gp(data, {{0.5, vector({1, 3})}, 0.3}, config);
+    return negative_log_marginal_likelihood(data, {gp.kernel, gp.noise_variance}, gp.pseudo_inputs, gp.jitter);
+  };
+  EXPECT_LT(about_zero(ConstantMean::zero), about_zero(ConstantMean::data) - 5.0);
+}
+
 TEST(Fit, RespectsTheNoiseFloorOnNoiselessData) {
   Generator make(7);
   const GpConfig config{.pseudo_inputs = PseudoInputChoice::optimised};
