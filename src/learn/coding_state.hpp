@@ -75,7 +75,8 @@ struct Removal {
 /// `overlap` is that of `state`.
 Removal removal_of(const CodingProblem& problem, const CodingState& state, const Overlap& overlap, int primitive);
 
-/// The state without the primitives for which `drop` is true; no code may use them.
+/// The state without the primitives for which `drop` is true, and without their coefficients. `objective` does not
+/// change, so it is right only if no code used them.
 CodingState without(const CodingState& state, const std::vector<bool>& drop);
 
 }  // namespace sila

@@ -14,8 +14,8 @@ namespace {
 
 constexpr int kAlternationsPerRound = 4;
 constexpr int kPolishAlternations = 20;
-constexpr double kPolishDecrease = 1e-5;  ///< relative; polishing stops below it
-constexpr double kSmallestSeed = 0.5;     ///< squared norm
+constexpr double kPolishDecrease = 1e-5;  ///< of CodingProblem::energy; alternation ends below it
+constexpr double kSmallestSeed = 0.5;     ///< squared norm; that of an unexplained cell is 2
 constexpr double kSmallestUse = 0.2;      ///< primitives whose coefficients are all smaller are removed
 constexpr double kShortestArrow = 0.05;   ///< shorter arrows are left out of the finished primitive
 constexpr double kSameSeedCosine = 0.5;   ///< of two seeds of one round with a larger cosine only the first is taken
@@ -165,7 +165,7 @@ CodingState drop_unprofitable(const CodingProblem& problem, CodingState state, s
   return without(state, drop);
 }
 
-/// Adds rounds of new primitives, as long as a round lowers the priced objective.
+/// Adds rounds of new primitives until no stretch is left; a round that does not lower the priced objective is undone.
 TracedState grow(const CodingProblem& problem, double gain_cells, double run_cells, const DictionaryConfig& config) {
   CodingState state{{}, std::vector<std::vector<Coefficient>>(problem.tracks.size()), problem.energy};
   std::vector<double> objectives{priced(state, gain_cells)};

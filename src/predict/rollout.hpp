@@ -20,7 +20,7 @@ struct Candidate {
 
 struct Candidates {
   std::span<Candidate> list;  ///< best first, at most max_candidates, each at least min_relative_weight of the best
-  double raw_novelty = 1.0;   ///< mean over the observed samples of var / sigma_f^2 of the field that knows it best
+  double raw_novelty = 1.0;   ///< mean over the scored samples of var / sigma_f^2 of the field that knows it best
 };
 
 /// Selects, from the transitions nearby, those whose fields cover the last observed point and enough points before it;
