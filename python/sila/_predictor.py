@@ -35,7 +35,7 @@ class Predictor:
     def get_params(self, deep: bool = True) -> dict[str, Any]:
         """Every parameter: scene, batch, threads, and each configuration field as group__field."""
         own = {"scene": self.scene, "batch": self.batch, "threads": self.threads}
-        return {**own, **self._defaults, **self._given}
+        return {**own, **_flat(default_config(self._settings())), **self._given}  # `profile` changes many fields
 
     def set_params(self, **params: Any) -> Predictor:
         """Raises FormatError for an unknown field or a value out of range."""

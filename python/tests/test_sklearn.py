@@ -69,6 +69,13 @@ def test_clones_and_pickles(predictor, place):
     assert pickle.loads(pickle.dumps(predictor)).model_ == predictor.model_
 
 
+def test_a_clone_keeps_the_fields_of_a_profile():
+    copied = clone(sila.Predictor(profile="paper", predict__horizon_s=3.0))
+    expected = sila.config({"profile": "paper", "predict.horizon_s": 3.0})
+    assert sila.config(copied._settings()) == expected
+    assert copied.get_params()["predict__own_deviation"] is expected["predict"]["own_deviation"] is True
+
+
 def test_cross_validation_and_search(predictor, place):
     folds = KFold(3, shuffle=True, random_state=0)
     scores = cross_val_score(predictor, place.tracks, cv=folds)
