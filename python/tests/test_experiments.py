@@ -101,6 +101,11 @@ def test_workers_give_the_same_numbers(tmp_path):
     assert set(tables[0]["split"]) == {"time", "track"}
 
 
+def test_figures_are_drawn_as_png(tmp_path):
+    assert run([str(written(tmp_path, methods=["linear"])), "--out", str(tmp_path / "out"), "--png"]) == 0
+    assert {".svg", ".png"} <= {path.suffix for path in (tmp_path / "out").glob("errors.*")}
+
+
 def test_energy_is_in_the_table_where_the_machine_tells_it(tmp_path, monkeypatch):
     zone = tmp_path / "intel-rapl:0"
     zone.mkdir()

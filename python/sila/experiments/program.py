@@ -41,7 +41,7 @@ def run(arguments: list[str]) -> int:
         written = run_experiment(
             experiment, options.out, redo=options.redo, workers=options.workers, overrides=overrides
         )
-        if options.plots:
+        if options.plots or options.png:
             from .plots import draw
 
             for path in draw(Path(options.out), png=options.png):
@@ -79,7 +79,7 @@ def _parser() -> argparse.ArgumentParser:
     add("--redo", action="store_true", help="repeat the runs of another configuration or build")
     add("--workers", type=int, default=1, metavar="N", help="processes that do runs in parallel [1]")
     add("--plots", action="store_true", help="also draw figures (needs matplotlib)")
-    add("--png", action="store_true", help="also write the figures as PNG")
+    add("--png", action="store_true", help="also draw figures, as SVG and PNG")
     add("--config", metavar="FILE", help="JSON file with configuration for all scenes")
     add("--set", action="append", default=[], metavar="PATH=VALUE", help="one configuration field; see `sila config`")
     add("--threads", type=int, default=0, metavar="N", help="threads of the library; 0: one per processor [0]")
