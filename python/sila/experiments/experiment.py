@@ -64,7 +64,6 @@ class Experiment:
     methods: Sequence[ExperimentMethod]
     reference: str  #: the method that the others are compared with
     file: str = ""
-    about: str = ""
 
     @property
     def used_for_choices(self) -> list[str]:

@@ -38,8 +38,8 @@ ERROR_PANELS = {"error": RATIO, **ERRORS}
 Styles = dict[str, dict[str, Any]]
 
 
-def draw(folder: Path, *, png: bool = False, method: str | None = None) -> list[Path]:
-    """Draws everything; gives the paths. `method`: whose nominal regions are drawn [the first]."""
+def draw(folder: Path, *, png: bool = False) -> list[Path]:
+    """Draws everything; gives the paths. Nominal regions are those of the first method."""
     curves, rows = pd.read_csv(folder / "curves.csv"), pd.read_csv(folder / "results.csv")
     curves["error"] = curves["weighted_mhd_m"] / curves["constant_mhd_m"]
     methods = list(rows["method"].unique())
@@ -56,9 +56,9 @@ def draw(folder: Path, *, png: bool = False, method: str | None = None) -> list[
             figures[f"errors{suffix}"] = _errors(own, styles)
             figures[f"tradeoff{suffix}"] = _tradeoff(own, styles)
             figures[f"cost{suffix}"] = _cost(own, styles)
-        covered = coverage(folder, method or methods[0])
+        covered = coverage(folder, methods[0])
         covered.to_csv(folder / "reliability.csv", index=False, lineterminator="\n")
-        figures["reliability"] = _coverage(covered, method or methods[0])
+        figures["reliability"] = _coverage(covered, methods[0])
         paths = []
         for name, figure in figures.items():
             for ending in (".svg", ".png") if png else (".svg",):
