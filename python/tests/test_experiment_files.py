@@ -9,7 +9,6 @@ import pytest
 pytest.importorskip("scipy")
 import sila
 from sila.experiments import field, read_experiment
-from sila.experiments.experiment import Overrides
 from sila.experiments.program import run
 from test_experiments import SMALL, written
 
@@ -165,7 +164,7 @@ def test_mistakes_in_names_are_found_before_scenes_are_read(tmp_path, changes, w
 
 def test_code_that_a_method_requires_may_be_missing(tmp_path):
     (tmp_path / "require.py").write_text(METHOD_FILES["require.py"].format("raise ImportError('needs a GPU')"))
-    methods = read_experiment(written(tmp_path, methods=["sila", "require.py:Own"]), Overrides()).methods
+    methods = read_experiment(written(tmp_path, methods=["sila", "require.py:Own"])).methods
     assert [(method.cls is None, method.missing) for method in methods] == [(False, ""), (True, "needs a GPU")]
 
 
@@ -196,10 +195,10 @@ def test_noise_is_added_to_a_recorded_scene_the_same_each_time(tmp_path):
     read = {}
     for noise in (0, 0.1, 0.1):
         file = written(tmp_path, take_fewer=True, scenes=[{"name": "s", "scene": "s.json", "noise_m": noise}])
-        read.setdefault(noise, []).append(read_experiment(file, Overrides()).scenes[0].tracks_hash)
+        read.setdefault(noise, []).append(read_experiment(file).scenes[0].tracks_hash)
     assert len(set(read[0.1])) == 1 and read[0.1][0] != read[0][0]
     with pytest.raises(sila.FormatError, match="noise_m as a number"):
-        read_experiment(written(tmp_path, scenes=[{"name": "s", "scene": "s.json", "noise_m": -1}]), Overrides())
+        read_experiment(written(tmp_path, scenes=[{"name": "s", "scene": "s.json", "noise_m": -1}]))
 
 
 def test_a_changed_method_makes_runs_of_the_field_anew(tmp_path, monkeypatch):

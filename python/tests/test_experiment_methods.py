@@ -10,7 +10,6 @@ pytest.importorskip("scipy")
 from sila.experiments import Method, read_experiment, run_experiment
 from sila._config import merged
 from sila._sila import FramedTracks
-from sila.experiments.experiment import Overrides
 from sila.experiments.field import CONFIG, predicted, read_scene
 from sila.experiments.methods import METHODS
 from sila.experiments.methods.cliff import fit_mixture
@@ -207,7 +206,7 @@ def test_cliff_finds_two_streams_one_of_them_across_the_cut():
 
 
 def test_cliff_follows_a_stream_round_a_corner(tmp_path):
-    experiment = read_experiment(written(tmp_path, methods=["cliff"]), Overrides())
+    experiment = read_experiment(written(tmp_path, methods=["cliff"]))
     protocol = protocol_of(experiment, runs_of(experiment)[0])
     method: Method = experiment.methods[0].cls(experiment.methods[0].configs[0], beta=0.1)
     method.fit(protocol.training[0])

@@ -47,13 +47,13 @@ RANGES = {
 }
 
 
-def read_experiment(path: str | os.PathLike[str], overrides: Overrides | None = None) -> Experiment:
+def read_experiment(path: str | os.PathLike[str], overrides: Overrides = Overrides()) -> Experiment:
     """Reads and checks an experiment file, and the tracks of its scenes.
 
     Raises FormatError for what is no experiment, naming the nearest known key; ValueError for splits larger than the
     data and other contradictions.
     """
-    file, overrides = os.fspath(path), overrides or Overrides()
+    file = os.fspath(path)
     whole = json.loads(_sila.config_from_file(file))
     settings_known = list(Settings.__dataclass_fields__)
     _require_keys(file, whole, "the experiment", ["about", "config", "scenes", "methods", "reference", *settings_known])

@@ -35,7 +35,6 @@ from .scores import sums_of
 Json = dict[str, Any]
 #: Of what `do_run` gives.
 RESULT_KEYS = {"trial", "order", "split", "scene", "method", "published", "checkpoints", "places", "learning_curve"}
-NOTHING_ELSE = Overrides()
 #: The kernel's energy counters (Linux; many machines let only root read them).
 ENERGY_COUNTERS = Path("/sys/class/powercap")
 
@@ -220,7 +219,7 @@ def run_experiment(
     *,
     redo: bool = False,
     workers: int = 1,
-    overrides: Overrides = NOTHING_ELSE,
+    overrides: Overrides = Overrides(),
 ) -> Json:
     """Does all runs that are not in `out` yet, and writes the tables after each trial; gives what results.json holds.
 
