@@ -93,7 +93,7 @@ def write_results(
         "ade_comparisons": [_labelled(c, settings.split) for c in comparisons["ade_m"]],
         "curves": [_curve_json(result, settings.split) for result in results],
     }
-    write_text(folder / "results.json", _json(written))
+    write_text(folder / "results.json", json.dumps(written, indent=1, allow_nan=False) + "\n")
     write_text(folder / "results.csv", rows.to_csv(index=False, lineterminator="\n"))
     write_text(folder / "curves.csv", curves_of(settings, results).to_csv(index=False, lineterminator="\n"))
     write_text(folder / "table.md", markdown(experiment, results, summary, comparisons, trials, written["made_with"]))
@@ -119,10 +119,6 @@ def _curve_json(result: Mapping[str, Any], of: str) -> dict[str, Any]:
     curve = {key: result[key] for key in ("method", "split", "trial", "order")}
     scene = _label(result["scene"], result["split"], of)
     return {"scene": scene, **curve, "checkpoints": [labelled(c) for c in result["checkpoints"]]}
-
-
-def _json(value: Any) -> str:
-    return json.dumps(value, indent=1, allow_nan=False) + "\n"
 
 
 def _summary_json(summary: pd.DataFrame) -> list[dict[str, Any]]:
