@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -157,10 +157,9 @@ def modes_measures(modes: Modes, stated: Sequence[Array], truth_m: Array) -> dic
     return values
 
 
-def _chunks(windows: int, steps: int, modes: int) -> Iterator[slice]:
+def _chunks(windows: int, steps: int, modes: int) -> list[slice]:
     size = max(1, _CHUNK // max(1, steps * SAMPLES * min(modes, 4)))
-    for first in range(0, windows, size):
-        yield slice(first, min(first + size, windows))
+    return [slice(first, first + size) for first in range(0, windows, size)]
 
 
 class Reliability(NamedTuple):

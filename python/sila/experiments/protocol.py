@@ -139,8 +139,7 @@ def protocol_of(experiment: Experiment, run: Run) -> Protocol:
     train, test = sides(scene)
     others = [other for s, other in enumerate(scenes) if s != run.scene_index]
     protocol.training = [train] if run.here else [sides(other)[0] for other in others]
-    cls = experiment.methods[run.method_index].cls
-    if cls is not None and cls.elsewhere:
+    if method.cls is not None and method.cls.elsewhere:
         protocol.elsewhere = [sides(other)[0] for other in others]
     protocol.test_sites = [TestSite(scene.name, test, TrainingSupport(train, config), scene.tracks)]
     return protocol
