@@ -204,7 +204,7 @@ def test_noise_is_added_to_a_recorded_scene_the_same_each_time(tmp_path):
 def test_a_changed_method_makes_runs_of_the_field_anew(tmp_path, monkeypatch):
     entry = {"name": "m", "method": "m.py:M", "learnt": "in_place", "parameters": {}, "config": "{}", "cls": object}
     scene, made = SimpleNamespace(name="a", tracks=SimpleNamespace(hash="h")), []
-    monkeypatch.setattr(field, "read_field", lambda *_: ({}, [scene], [entry]))
+    monkeypatch.setattr(field, "read_field", lambda *_: (field.Settings(), [scene], [entry]))
     monkeypatch.setattr(field, "do_field", lambda *_: made.append(1) or {"people": []})
     monkeypatch.setattr(field, "markdown", lambda *_: "")
     for text, count in (("1", 1), ("1", 1), ("2", 2)):

@@ -19,7 +19,7 @@ from .. import _sila
 from .._config import merged
 from .._sila import FramedTracks, Scene, person_of
 from ..errors import FormatError, UsageError
-from .experiment import Overrides
+from .experiment import Overrides, Settings
 from .field_measures import collides, mahalanobis_measures, path_measures
 from .field_report import LEARNT, MIXTURE_WINDOWS, SAMPLES, markdown
 from .gaussian_path import folds
@@ -162,11 +162,11 @@ def do_field(scenes: Sequence[FieldScene], index: int, entry: Mapping[str, Any],
     }
 
 
-def read_field(file: str, data_dir: str | None) -> tuple[dict[str, Any], list[FieldScene], list[dict[str, Any]]]:
+def read_field(file: str, data_dir: str | None) -> tuple[Settings, list[FieldScene], list[dict[str, Any]]]:
     """Settings, scenes and methods of an experiment file of the kind `field`."""
     whole = json.loads(_sila.config_from_file(file))
     _require_keys(file, whole, "the experiment", _KEYS)
-    _settings(file, {key: whole[key] for key in ("seed", "bootstraps") if key in whole}, Overrides())
+    settings = _settings(file, {key: whole[key] for key in ("seed", "bootstraps") if key in whole}, Overrides())
     if data_dir is None:
         raise UsageError("experiment: this one needs --data-dir, the folder of the recorded tracks")
     config = merged(merged("{}", CONFIG), whole.get("config", {}))
@@ -194,7 +194,7 @@ def read_field(file: str, data_dir: str | None) -> tuple[dict[str, Any], list[Fi
         print(f"reading {name}", file=sys.stderr)
         scenes.append(read_scene(name, files, Path(data_dir), config))
     _require_different("scenes", [scene.name for scene in scenes])
-    return whole, scenes, methods
+    return settings, scenes, methods
 
 
 def run_field(file: str, out: str, data_dir: str | None) -> None:
@@ -202,7 +202,7 @@ def run_field(file: str, out: str, data_dir: str | None) -> None:
     settings, scenes, methods = read_field(file, data_dir)
     if all(entry["cls"] is None for entry in methods):
         raise ValueError("experiment: expected a method that can run here, found none")
-    folder, seed, build = Path(out), settings.get("seed", 100), build_hash()
+    folder, seed, build = Path(out), settings.seed, build_hash()
     (folder / "runs").mkdir(parents=True, exist_ok=True)
     results: list[dict[str, Any]] = []
     for i, scene in enumerate(scenes):
@@ -222,4 +222,4 @@ def run_field(file: str, out: str, data_dir: str | None) -> None:
                 write_text(path, json.dumps(kept) + "\n")
                 print(f"{entry['name']}, {LEARNT[entry['learnt']]}, {scene.name}", file=sys.stderr)
             results.append(kept)
-        write_text(folder / "table.md", markdown(file, settings, methods, results, seed))
+        write_text(folder / "table.md", markdown(file, settings, methods, results))

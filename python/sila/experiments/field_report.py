@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from .experiment import Settings
 from .markdown import made_with, marked_texts, provenance, table_text
 from .tables import bootstrap_pairs
 
@@ -35,9 +36,7 @@ VALUES = {
 PAIRED = ("ade_m", "min_ade_20_m", "kde_nll")
 
 
-def markdown(
-    file: str, settings: Mapping[str, Any], methods: Sequence[Any], results: Sequence[Any], seed: int
-) -> str:
+def markdown(file: str, settings: Settings, methods: Sequence[Any], results: Sequence[Any]) -> str:
     values = [_values(result) for result in results]
     table = pd.DataFrame(values).set_index(["scene", "method", "learnt"])
     reference = next((entry["name"], entry["learnt"]) for entry in methods if entry["cls"] is not None)
@@ -58,7 +57,7 @@ def markdown(
     for scene in table.index.get_level_values("scene").unique():
         windows = int(table.loc[scene]["windows"].iloc[0])
         text.append(_section(f"{scene}, {windows} windows", table.loc[scene], reference, methods))
-    text.append(_paired(results, reference, settings.get("bootstraps", 2000), seed))
+    text.append(_paired(results, reference, settings.bootstraps, settings.seed))
     return "\n".join(text)
 
 
