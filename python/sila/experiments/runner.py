@@ -10,7 +10,9 @@ import traceback
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, replace
+from functools import reduce
 from multiprocessing import get_context
+from operator import add
 from pathlib import Path
 from typing import Any
 
@@ -67,10 +69,7 @@ def method_and_batches(experiment: Experiment, run: Run, protocol: Protocol) -> 
         method.begin_with(protocol.elsewhere)
     if not method.at_once:
         return method, list(batches_of(protocol.training, batch))
-    whole = protocol.training[0]
-    for more in protocol.training[1:]:
-        whole = whole + more
-    return method, [whole]
+    return method, [reduce(add, protocol.training)]
 
 
 def energy_counters() -> list[tuple[int, int]]:

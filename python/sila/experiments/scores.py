@@ -67,7 +67,3 @@ def _row(window: Mapping[str, Any]) -> list[float]:
     held = {level["nominal"]: level["observed"] for level in window["model"]["coverage"]}
     metrics = [float(window[predictor][metric]) for predictor, metric in _METRICS.values()]
     return [1.0, *metrics, float(window["fallback"]), held[0.5], held[0.9], window["way_log_probability"]]
-
-
-def added(a: Sums, b: Sums) -> Sums:
-    return {name: value + b[name] for name, value in a.items()} if a else dict(b)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from functools import reduce
+from operator import add
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,7 +13,7 @@ from scipy import stats
 
 from .measures import Reliability, calibration_error, reliability_of
 from .method import Array
-from .scores import Sums, added
+from .scores import Sums
 
 CONSTANT_VELOCITY, MEAN, ALL = "constant velocity", "mean", "all"
 MEAN_UNUSED = "mean of places not used for choices"
@@ -122,10 +124,7 @@ def rows_of(results: Iterable[Mapping[str, Any]]) -> pd.DataFrame:
         places = {name: (site["groups"], site) for name, site in result["places"].items()}
         seconds = np.mean([checkpoint["seconds"] for checkpoint in result["checkpoints"]])
         if len(places) > 1:
-            total: dict[str, Sums] = {}
-            for groups, _ in places.values():
-                for group, sums in groups.items():
-                    total[group] = added(total.get(group, {}), sums)
+            total = reduce(add, (pd.DataFrame(groups) for groups, _ in places.values())).to_dict()
             people = {f"{name}/{p}": s for name, (_, site) in places.items() for p, s in site["people"].items()}
             places[ALL] = (total, {"people": people})
         for place, (groups, site) in places.items():
