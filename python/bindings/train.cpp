@@ -12,8 +12,7 @@ namespace {
 std::pair<StoredModel, std::vector<std::string>> learn_tracks(const StoredModel& start,
                                                               const std::vector<Track>& tracks, const DrawnScene& scene,
                                                               const std::string& config_json, std::size_t batch,
-                                                              int threads,
-                                                              const std::optional<nb::callable>& on_episode) {
+                                                              int threads, const nb::callable& on_episode) {
   const nb::gil_scoped_release release;
   const ThreadLimit limit(threads);
   const Config config = config_of(config_json);
@@ -27,7 +26,7 @@ std::pair<StoredModel, std::vector<std::string>> learn_tracks(const StoredModel&
     result.episodes.push_back(record_of(last_episode(start) + number, previous, episode));
     const nb::gil_scoped_acquire acquire;
     if (PyErr_CheckSignals() != 0) throw nb::python_error();
-    if (on_episode) (*on_episode)(number, episodes, episode.report.tracks, episode.report.size_after);
+    on_episode(number, episodes, episode.report.tracks, episode.report.size_after);
   };
   result.model = run_episodes(start.model, input, batch, config.episode, sila_update(config.episode), observe).model;
   return {std::move(result), std::move(warnings)};
@@ -90,7 +89,7 @@ std::pair<std::vector<Track>, std::vector<Track>> split(const std::vector<Track>
 
 void bind_episode(nb::module_& module) {
   module.def("learn", &learn_tracks, "start"_a, "tracks"_a, "scene"_a, "config"_a, "batch"_a, "threads"_a,
-             "on_episode"_a.none());
+             "on_episode"_a);
   module.def("train_batch", &learn_all, "tracks"_a, "scene"_a, "config"_a, "threads"_a,
              nb::call_guard<nb::gil_scoped_release>());
   module.def(
