@@ -60,11 +60,10 @@ StoredModel fuse_stored(const StoredModel& previous, const StoredModel& incoming
   return result;
 }
 
-std::string explain(const StoredModel& previous, const StoredModel& incoming, const std::string& config_json,
-                    const std::string& name) {
+std::string explain(const StoredModel& previous, const StoredModel& incoming, const std::string& config_json) {
   const Config config = config_of(config_json);
   const FuseResult fused = fuse_models(previous.model, incoming.model, config.episode.fuse);
-  return explain_fusion(name, fused.problem, config.episode.fuse, fused.plan).dump();
+  return explain_fusion("previous + incoming", fused.problem, config.episode.fuse, fused.plan).dump();
 }
 
 /// The tracks to learn from, and those held back.
@@ -110,7 +109,7 @@ void bind_episode(nb::module_& module) {
   module.def(
       "simulated_prior", [](const std::string& config) { return simulated_prior(config_of(config)); }, "config"_a,
       nb::call_guard<nb::gil_scoped_release>());
-  module.def("explain_fusion", &explain, "previous"_a, "incoming"_a, "config"_a, "name"_a,
+  module.def("explain_fusion", &explain, "previous"_a, "incoming"_a, "config"_a,
              nb::call_guard<nb::gil_scoped_release>());
   module.def("split_tracks", &split, "tracks"_a, "test_share"_a, "seed"_a, "by"_a,
              nb::call_guard<nb::gil_scoped_release>());

@@ -143,9 +143,7 @@ def make_prior(models: Iterable[Model] | None = None, *, config: ConfigLike = No
 def explain_fusion(previous: Model, incoming: Model, *, config: ConfigLike = None) -> dict[str, Any]:
     """What `fuse` would match, fuse, split and relax, and why: the keys of a fusion case, indices from 1."""
     settings = _settings("previous", previous, config)
-    result: dict[str, Any] = json.loads(
-        _sila.explain_fusion(previous, _model("incoming", incoming), settings, "previous + incoming")
-    )
+    result: dict[str, Any] = json.loads(_sila.explain_fusion(previous, _model("incoming", incoming), settings))
     return result
 
 
