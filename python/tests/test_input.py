@@ -337,7 +337,7 @@ def test_an_evaluation_without_windows_has_no_errors(model):
     assert rows.loc["moving", "ade_m"].notna().all() and "coverage" not in rows
     last = rows[rows["predictor"] == "model"].loc["moving", "coverage_90"].iloc[-1]
     assert found.metric("coverage_90") == last
-    with pytest.raises(ValueError, match="fde_m.*coverage_90, found coverage$"):
+    with pytest.raises(ValueError, match="name: expected one of weighted_mhd_m, .*coverage_90, found coverage$"):
         found.metric("coverage")
 
 

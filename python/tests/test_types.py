@@ -41,12 +41,6 @@ def mypy_of(folder, program):
     return mypy(folder, "--cache-dir", str(folder), "user.py")
 
 
-def test_the_package_brings_its_types():
-    folder = Path(sila.__file__).parent
-    assert (folder / "py.typed").exists()
-    assert "def load(path: " in (folder / "_sila.pyi").read_text()
-
-
 def names_in(body):
     """Names that a stub defines, those of classes with the names of their members."""
     found = {}
