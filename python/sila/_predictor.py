@@ -54,9 +54,8 @@ class Predictor:
 
     def fit(self, X: TracksLike, y: None = None) -> Predictor:
         """Learns X from the beginning, `batch` tracks per episode."""
-        settings = self._settings()
         self.model_ = _verbs.learn(
-            X, scene=self.scene, batch=self.batch, config=settings, threads=self.threads, progress=False
+            X, scene=self.scene, batch=self.batch, config=self._settings(), threads=self.threads, progress=False
         )
         return self
 
