@@ -29,8 +29,7 @@ std::pair<nb::object, Numbers> numbers_in(const char* argument, const std::strin
     reject(argument, "numbers of shape " + expected, nb::cast<std::string>(nb::str(given.type().attr("__name__"))));
   }
   if (kind == "m" || kind == "M") reject(argument, "numbers of shape " + expected, "dates or durations");
-  const auto at_least_1d = nb::cast<Numbers>(array);
-  return {array, at_least_1d};
+  return {array, nb::cast<Numbers>(array)};
 }
 
 }  // namespace

@@ -82,8 +82,7 @@ auto scores(const TrackPrediction& prediction, nb::handle given) {
   std::vector<double> found;
   for (std::size_t step = 0; step < path.size(); ++step)
     found.push_back(nonconformity(prediction.content, step, path[step]));
-  const std::size_t steps = found.size();
-  return array_of(std::move(found), {steps});
+  return array_of(std::move(found), {path.size()});
 }
 
 /// Times and, of each outcome, probabilities; empty without a heading.
