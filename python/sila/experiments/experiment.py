@@ -58,12 +58,24 @@ class ExperimentMethod:
 
 
 @dataclass(frozen=True)
+class Overrides:
+    """What a caller says instead of the file."""
+
+    trials: int | None = None
+    split: str | None = None
+    seed: int | None = None
+    data_dir: str | None = None
+    config: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
 class Experiment:
     settings: Settings
     scenes: Sequence[ExperimentScene]
     methods: Sequence[ExperimentMethod]
     reference: str  #: the method that the others are compared with
     file: str = ""
+    overrides: Overrides = Overrides()
 
     @property
     def used_for_choices(self) -> list[str]:
@@ -89,14 +101,3 @@ class Experiment:
             for method in self.methods
         }
         return {**asdict(self.settings), "reference": self.reference, "scenes": scenes, "methods": methods}
-
-
-@dataclass(frozen=True)
-class Overrides:
-    """What a caller says instead of the file."""
-
-    trials: int | None = None
-    split: str | None = None
-    seed: int | None = None
-    data_dir: str | None = None
-    config: Mapping[str, Any] = field(default_factory=dict)

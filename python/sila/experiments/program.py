@@ -38,9 +38,7 @@ def run(arguments: list[str]) -> int:
             return 0
         overrides = Overrides(options.trials, options.split, options.seed, options.data_dir, config)
         experiment = read_experiment(options.file, overrides)
-        written = run_experiment(
-            experiment, options.out, redo=options.redo, workers=options.workers, overrides=overrides
-        )
+        written = run_experiment(experiment, options.out, redo=options.redo, workers=options.workers)
         if options.plots or options.png:
             from .plots import draw
 

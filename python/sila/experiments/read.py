@@ -77,7 +77,7 @@ def read_experiment(path: str | os.PathLike[str], overrides: Overrides = Overrid
         _scene(file, item, f"scene {n}", config, overrides) for n, (item, config) in enumerate(zip(items, configs), 1)
     ]
     methods = [method for entry in entries for method in _methods(file, entry, scenes)]
-    experiment = Experiment(settings, scenes, methods, reference, file)
+    experiment = Experiment(settings, scenes, methods, reference, file, overrides)
     _check(experiment)
     return experiment
 

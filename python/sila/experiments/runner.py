@@ -213,16 +213,11 @@ def kept_result(path: Path, key: Json, redo: bool) -> Json | None:
 
 
 def run_experiment(
-    experiment: Experiment,
-    out: str | os.PathLike[str],
-    *,
-    redo: bool = False,
-    workers: int = 1,
-    overrides: Overrides = Overrides(),
+    experiment: Experiment, out: str | os.PathLike[str], *, redo: bool = False, workers: int = 1
 ) -> Json:
     """Does all runs that are not in `out` yet, and writes the tables after each trial; gives what results.json holds.
 
-    `workers` processes do runs side by side; each reads the experiment again, with the same `overrides`.
+    `workers` processes do runs side by side; each reads the experiment again.
     """
     folder, build, runs = Path(out), build_hash(), runs_of(experiment)
     if not runs:
@@ -236,7 +231,7 @@ def run_experiment(
     if len(missing) < len(runs):
         print(f"{len(runs) - len(missing)} of {len(runs)} runs are there from before", file=sys.stderr)
     trial = 0
-    for done, (i, result) in enumerate(_done(experiment, [runs[i] for i in missing], missing, workers, overrides), 1):
+    for done, (i, result) in enumerate(_done(experiment, [runs[i] for i in missing], missing, workers), 1):
         result["key"] = key_of(experiment, runs[i], build)
         write_text(folder / "runs" / runs[i].file, json.dumps(result) + "\n")
         results[i] = result
@@ -284,7 +279,7 @@ def _named(experiment: Experiment, run: Run) -> Json:
 
 
 def _done(
-    experiment: Experiment, runs: Sequence[Run], indices: Sequence[int], workers: int, overrides: Overrides
+    experiment: Experiment, runs: Sequence[Run], indices: Sequence[int], workers: int
 ) -> Iterator[tuple[int, Json]]:
     if workers <= 1:
         for i, run in zip(indices, runs):
@@ -292,7 +287,7 @@ def _done(
         return
     threads = max(1, (os.cpu_count() or 1) // workers)
     context = get_context("spawn")  # the threads of the library do not survive a fork
-    starting = (experiment.file, overrides, threads)
+    starting = (experiment.file, experiment.overrides, threads)
     with ProcessPoolExecutor(workers, context, _start_worker, starting) as pool:
         yield from zip(indices, pool.map(_work, runs))
 
