@@ -84,8 +84,9 @@ std::map<int, double> worth_of_primitives(const SubsumptionTable& table, const M
   for (std::size_t i = 0; i < model.transitions.size(); ++i) {
     if (!table.kept[i]) continue;
     const double here = worth(table, model.transitions, i);
-    sums[model.transitions[i].from] += here;
-    sums[model.transitions[i].to] += here;
+    const Transition& transition = model.transitions[i];
+    sums[transition.from] += here;
+    if (transition.to != transition.from) sums[transition.to] += here;
   }
   return sums;
 }
