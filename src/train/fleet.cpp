@@ -125,10 +125,12 @@ Model learn_partition(const Partition& partition, EpisodeConfig config) {
   return learn_batches(std::move(model), partition, config);
 }
 
-/// A model of the partition alone, learnt batch by batch; each batch is scored before it is learnt.
-Model learn_in_turn(const Partition& partition, EpisodeConfig config) {
+/// A model of the partition and a prior alone, learnt batch by batch; each batch is scored before it is learnt.
+Model learn_in_turn(const Partition& partition, const ErrorStatistics& prior, EpisodeConfig config) {
   config.error_statistics.memory_windows = std::numeric_limits<double>::infinity();
-  return learn_batches({}, partition, config);
+  Model begin;
+  begin.refinement.prior = prior;
+  return learn_batches(std::move(begin), partition, config);
 }
 
 /// The model with further error statistics, at further sites, too.
@@ -149,7 +151,7 @@ SiteErrorStatistics calibrate(const Partition& partition, Model known, const Sit
   for (auto& [frame, statistics] : fitted.sites) {
     if (find_site(known.sites, frame)) continue;
     // A model without tracks of the site has no roll-outs; the partition, learnt batch by batch, has them.
-    if (!alone) alone = learn_in_turn(partition, config);
+    if (!alone) alone = learn_in_turn(partition, known.refinement.prior, config);
     const auto site = static_cast<std::size_t>(find_site(alone->sites, frame).value());
     statistics = alone->refinement.error_statistics.at(site);
   }

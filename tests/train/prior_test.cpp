@@ -110,6 +110,15 @@ TEST(Prior, CountsWhereASiteHasNoErrorStatistics) {
   EXPECT_FALSE(Predictor(model, kConfig.predict).predict(window.observed).regions.empty());
 }
 
+TEST(Prior, CountsInTheErrorsOfAFleetAtANewSite) {
+  const Partition here{testing::corner_walks(20, 2), 10, {}, {}};
+  const auto errors = [&](const Model& start) {
+    const Model model = learn_fleet(start, {here}, kConfig);
+    return model.refinement.error_statistics.at(0).density[kWalking].scale.products;
+  };
+  EXPECT_FALSE(errors(prior_elsewhere()).isApprox(errors({}))) << "the model that predicts the first tracks knows it";
+}
+
 TEST(Prior, PredictsAtAPlaceWithoutTracksHowPeopleWalkElsewhere) {
   const Model other = learnt(speeding_up({100.0, 30.0}, 80)), prior = make_prior(std::span(&other, 1));
   const Tracks unseen = speeding_up({0.0, 0.0}, 15);
