@@ -35,7 +35,7 @@ std::string describe(const CornerProposal& made) {
        << " m, y = " << frame.origin_m.y() << " m (standard error " << made.origin_error_m << " m), at which "
        << counted(made.turning_tracks, "track") << (made.turning_tracks == 1 ? " turns\n" : " turn\n");
   const auto axis = [&](int number, const Vector2& direction, double share, double width_m) {
-    const double heading_deg = std::atan2(direction.y(), direction.x()) * kDegrees;
+    const double heading_deg = std::round(std::atan2(direction.y(), direction.x()) * kDegrees) + 0.0;  // no -0
     text << "axis " << number << ": heading " << std::setprecision(0) << heading_deg << " degrees, " << 100.0 * share
          << " % of the distance walked, in a strip of " << std::setprecision(1) << width_m << " m\n";
   };

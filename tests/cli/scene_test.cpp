@@ -18,6 +18,8 @@ TEST_F(Program, ProposesASceneFromTracks) {
   ASSERT_EQ(run("simulate --tracks 60 --seed 1 --out more.csv").code,
             0);  // some parts have another of the four corners
   const auto other = json_of("scene make more.csv");
+  ASSERT_EQ(run("simulate --tracks 20 --seed 2 --out tilted.csv").code, 0);
+  EXPECT_TRUE(says(run("scene make tilted.csv").err, "axis 1: heading 0 degrees"));
   EXPECT_LT(other["corners"][0]["axis_uncertainty_deg"].get<double>(), 5.0);
   EXPECT_EQ(run("learn tracks.csv --scene made.json --model m.sila").code, 0);
   const Outcome quiet = run("scene make tracks.csv --json");
