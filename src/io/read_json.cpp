@@ -190,9 +190,9 @@ bool add_boxes(JsonTable& table, const TextLine& element, const Json& object, Tr
   const BoxRows rows = object.is_object() ? box_rows(format, object) : std::nullopt;
   if (!rows) table.reject(element);
   if (!rows) return false;
-  const bool frigate = format == TrackFormat::frigate;
-  if (frigate && options.frigate_camera.value_or(camera_of_event(object)) != camera_of_event(object))
-    table.reject(element, DropReason::other_camera);
+  const std::string camera = format == TrackFormat::frigate ? camera_of_event(object) : std::string();
+  if (format == TrackFormat::frigate && options.frigate_camera.value_or(camera) != camera)
+    table.reject({camera, element.number}, DropReason::other_camera);
   else
     for (const std::vector<Json>& row : *rows) table.add(row, element.number);
   return true;

@@ -260,6 +260,7 @@ TEST(FrigateEvents, OfTwoCamerasAreWarnedOf) {
   EXPECT_EQ(one.detections.warnings.size(), 1U);
   EXPECT_EQ(one.detections.rows.size(), 1U);
   EXPECT_EQ(rows_of(one.detections, DropReason::other_camera), 1U);
+  EXPECT_TRUE(says(one.detections.dropped.at(0).first, "events.jsonl:1, found \"yard\""));
 }
 
 TEST(AxisFrames, GiveTheFootOfEachObservation) {
