@@ -305,8 +305,8 @@ SceneTracks read_placed(const TrackOptions& options, const Config& config, const
   result.input_ids = std::move(read.tracks.input_ids);
   result.tracks = without_frames(std::move(read.tracks.trajectories));
   result.scene = scene_for(read.scene, model, result.tracks, config.corners);
-  warn({warning_of_moved_corner(model, result.scene)});
   place(result.tracks, result.scene, config.corners, config.episode.scaling);
+  warn({warning_of_moved_corner(model, result.scene), warning_of_another_place(model, result.tracks)});
   return result;
 }
 

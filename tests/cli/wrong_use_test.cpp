@@ -196,6 +196,7 @@ TEST_F(Program, WarnsOfTracksOfAnotherPlace) {
   }
   for (const char* learn : {"tracks.csv --batch 30 --model m.sila", "far.csv --model own.sila"})
     EXPECT_FALSE(says(run(std::string("learn ") + learn).err, warning)) << learn;
+  EXPECT_TRUE(says(run("predict tracks.csv --model own.sila").err, warning + "5423.1 km from "));
 }
 
 TEST_F(Program, ReportsEachRejectedLineOfItsInput) {
