@@ -166,6 +166,7 @@ TEST(Clean, DropsWhatIsNotFiniteOrAbsurd) {
   const CleanTracks tracks = clean_one(rows);
   EXPECT_EQ(rows_of(tracks.report, DropReason::not_finite), 2U);
   EXPECT_EQ(rows_of(tracks.report, DropReason::absurd_value), 2U);
+  EXPECT_TRUE(says(to_lines(tracks.report).at(2), "rows that lie beyond 3e7 m, or at a time beyond 1e12 s: 2"));
   EXPECT_EQ(tracks.report.rows_kept, 4U);
   EXPECT_EQ(tracks.report.dropped[0].first, "a.csv:77, track 17");
 }

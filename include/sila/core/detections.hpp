@@ -56,7 +56,7 @@ inline constexpr std::array<DropReasonText, 16> kDropReasons{{
     {DropReason::not_a_number, "not_a_number", "have a cell that is not a number"},
     {DropReason::not_json, "not_json", "are not the JSON of the format"},
     {DropReason::not_finite, "not_finite", "are not finite"},
-    {DropReason::absurd_value, "absurd_value", "have an absurd coordinate or time stamp"},
+    {DropReason::absurd_value, "absurd_value", "lie beyond 3e7 m, or at a time beyond 1e12 s"},
     {DropReason::lost, "lost", "are marked as lost"},
     {DropReason::bad_box, "bad_box", "have a box whose width or height is not positive"},
     {DropReason::above_horizon, "above_horizon", "lie where the camera sees no ground"},
