@@ -193,7 +193,7 @@ def label_for(label: str, person_classes: Iterable[str]) -> str:
     """The label as the rules for pedestrians take it; with `person_classes` by these alone."""
     if not person_classes or not label:
         return label
-    return "person" if label.lower() in (name.lower() for name in person_classes) else "not asked for"
+    return "person" if label.lower() in (name.lower() for name in person_classes) else f"not asked for: {label}"
 
 
 def warn(texts: Iterable[str]) -> None:

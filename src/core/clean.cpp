@@ -45,7 +45,9 @@ struct Tracklet {
 void drop(TrackReport& report, DropReason reason, const std::string& source, const std::string& track,
           std::size_t line) {
   DroppedRows& total = entry_of(report.dropped, reason);
-  if (total.rows++ == 0) total.first = source + (line > 0 ? ":" + std::to_string(line) : "") + ", track " + track;
+  if (total.rows++ > 0) return;
+  total.first = source + (line > 0 ? ":" + std::to_string(line) : "") + ", track " + track;
+  if (reason == DropReason::other_label) total.first += "; --person (person_classes) names the classes that count";
 }
 
 /// Whether a class label means a person on foot; an empty one does.

@@ -122,7 +122,8 @@ TrackFile with_persons(TrackFile file, std::vector<std::string> person_classes) 
     const auto number = number_of(row.label);
     const std::string name = number ? exact(*number) : lower(row.label);
     if (!person_classes.empty()) {
-      row.label = std::ranges::find(person_classes, name) != person_classes.end() ? "person" : "not asked for";
+      row.label =
+          std::ranges::find(person_classes, name) != person_classes.end() ? "person" : "not asked for: " + row.label;
     } else if (!usual.empty() && name == usual) {
       row.label = "person";
     }

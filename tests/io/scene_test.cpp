@@ -231,6 +231,7 @@ TEST_F(SceneFiles, WithoutOneUsableTrackAreRejectedWithTheCounts) {
   const auto error = tests::format_error_of([&] { read_tracks({}, read(), {}, {}); });
   EXPECT_TRUE(says(error.expected, "at least one track"));
   EXPECT_TRUE(says(error.found, "dropped rows that are not pedestrians: 2"));
+  EXPECT_TRUE(says(error.found, "class car; --person (person_classes) names the classes that count)"));
   json.erase("files");
   EXPECT_TRUE(says(tests::format_error_of([&] { read_tracks({}, read(), {}, {}); }).expected, "files"));
 }
