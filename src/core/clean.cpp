@@ -232,9 +232,10 @@ std::vector<CleanedTrack> clean_source(const Detections& source, const std::stri
   for (const std::string& warning : unit_warnings(paths, config.max_gap_s))
     warnings.push_back(source.source + ": " + warning);
   if (2 * (rows_of_shared_stamps(report) - shared_before) > source.rows.size())
-    warnings.push_back(source.source +
-                       ": most rows have the time stamp of another row of their track; if the stamps are whole "
-                       "seconds, leave them out and give frame numbers and the frame rate");
+    warnings.push_back(
+        source.source +
+        ": most rows have the time stamp of another row of their track; give each person another id, or, "
+        "if the stamps are whole seconds, leave them out and give frame numbers and the frame rate");
   std::sort(tracklets.begin(), tracklets.end(), [](const Tracklet& a, const Tracklet& b) {
     if (a.samples.front().t_s != b.samples.front().t_s) return a.samples.front().t_s < b.samples.front().t_s;
     return id_less(a.track->id, b.track->id);

@@ -64,7 +64,7 @@ TEST(Clean, WarnsOfStampsInWholeSeconds) {
   for (Detection& row : rows) row.t_s = std::floor(row.t_s);
   const CleanTracks tracks = clean_one(rows);
   ASSERT_FALSE(tracks.report.warnings.empty());
-  EXPECT_TRUE(says(tracks.report.warnings[0], "most rows have the time stamp of another row"));
+  EXPECT_TRUE(says(tracks.report.warnings[0], "another row of their track; give each person another id"));
   EXPECT_TRUE(clean_one(walk("a", 0.0, 40) + walk("b", 0.0, 40)).report.warnings.empty());
 }
 
