@@ -164,14 +164,16 @@ WalkingScale scale_of(std::span<const Trajectory> first, const TrackStream& stre
 /// The configuration with the scale of a model in pixels: that of a new one is measured on the first tracks.
 Config in_units(const LearnOptions& options, Config config, const StoredModel& stored) {
   if (options.units == "metres" && config.metres_per_pixel > 0.0)
-    throw std::invalid_argument("learn: --units = metres, but " + options.model + " was learnt in pixels");
+    throw std::invalid_argument("learn: --units = metres, but " + options.model +
+                                " was learnt in pixels; name another model");
   if (options.units != "pixels") return config;
   const TrackOptions& input = options.tracks;
   if (!input.camera.empty() || !input.scene.empty() || input.read.metres_per_unit)
     throw UsageError("learn: --units pixels is for tracks without --camera, --metres-per-unit and --scene");
   if (config.metres_per_pixel > 0.0) return config;
   if (!stored.model.empty())
-    throw std::invalid_argument("learn: --units = pixels, but " + options.model + " was learnt in metres");
+    throw std::invalid_argument("learn: --units = pixels, but " + options.model +
+                                " was learnt in metres; name another model");
   config.metres_per_pixel = kTrialMetresPerPixel;
   TrackStream stream = open_tracks(input, config).stream;
   std::vector<Trajectory> first;

@@ -167,10 +167,10 @@ TEST_F(Program, LearnsFromPixelsWithoutACamera) {
   for (const char* other : {"--camera c.json", "--metres-per-unit 0.1", "--scene s.json"})
     expect_rejected(std::string("learn pixels.csv --units pixels --model n.sila ") + other, {"--units pixels"});
   expect_rejected("learn pixels.csv --units furlongs --model n.sila", {"--units"});
-  expect_rejected("learn metres.csv --units metres --model m.sila", {"learnt in pixels"});
+  expect_rejected("learn metres.csv --units metres --model m.sila", {"learnt in pixels; name another model"});
   expect_rejected("learn metres.csv --units pixels --model n.sila", {"1.3 m", "are the positions metres"});
   ASSERT_EQ(run("learn metres.csv --model metres.sila").code, 0);
-  expect_rejected("learn pixels.csv --units pixels --model metres.sila", {"learnt in metres"});
+  expect_rejected("learn pixels.csv --units pixels --model metres.sila", {"learnt in metres; name another model"});
   expect_rejected("learn metres.csv --set metres_per_pixel=0.02 --model metres.sila",
                   {"metres_per_pixel = 0.02, but the model was learnt in metres"});
   expect_rejected("fuse m.sila metres.sila --out f.sila", {"not of one scale"});
