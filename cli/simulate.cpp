@@ -33,7 +33,7 @@ void require_own_tracks(const std::string& out) {
   if (out == "-" || out.starts_with("/dev/"))
     throw UsageError("simulate: --out = " + out + ": expected a file, beside which its scene file is written");
   require_folder_of(out);
-  if (std::filesystem::exists(out) && !std::filesystem::exists(scene_path(out)))
+  if (std::filesystem::is_regular_file(out) && !std::filesystem::exists(scene_path(out)))
     throw std::invalid_argument("simulate: expected no tracks of another origin at " + out +
                                 ", which would be lost; name another --out, or move that file");
 }

@@ -56,6 +56,7 @@ TEST_F(Program, WritesOverNoFileThatItReadsAndOverNoHistory) {
   expect_rejected("simulate --tracks 5 --out real.csv", {"real.csv", "would be lost"}, 1);
   EXPECT_EQ(content_of(folder_ / "real.csv"), tracks);
   EXPECT_FALSE(fs::exists(folder_ / "real.scene.json"));
+  expect_rejected("simulate --tracks 5 --out .", {"found a folder"}, 1);
   for (const char* out : {"-", "/dev/stdout"})
     expect_rejected(std::string("simulate --tracks 5 --out ") + out, {"expected a file"}, 2);
   expect_rejected("scene edit real.csv --out tracks.scene.json", {"tracks.scene.json is a JSON file"}, 1);
