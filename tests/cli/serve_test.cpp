@@ -35,6 +35,7 @@ TEST_F(Program, PredictsAtEachDetectionIfStandardInputWaits) {
   const Outcome served =
       run("serve --stdin --wait --http off --set service.max_rate_hz=1 --model s.sila < lines.ndjson");
   ASSERT_EQ(served.code, 0) << served.err;
+  EXPECT_EQ(std::count(served.out.begin(), served.out.end(), '\n'), 2 * 16) << "one from 0.4 s on for each detection";
   EXPECT_FALSE(says(served.out, "dropped"));
   EXPECT_FALSE(says(served.out, "rejected")) << "a file has no rate";
 }
