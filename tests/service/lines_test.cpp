@@ -156,6 +156,11 @@ TEST(SendQueue, DropsTheOldestPredictionsAndReportsThem) {
     EXPECT_EQ(pushed, taken + dropped);
     EXPECT_GT(dropped, 0u);
   }
+  SendQueue queue(8);
+  for (const char* text : {"old", "kept", "new"}) queue.push(text, true);
+  EXPECT_EQ(nlohmann::json::parse(queue.next().value())["dropped"], 1);
+  EXPECT_EQ(queue.next(), "kept");
+  EXPECT_EQ(queue.next(), "new");
 }
 
 TEST(SendQueue, SendsASingleLineOverTheLimit) {
