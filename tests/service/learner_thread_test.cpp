@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
+#include <iterator>
 #include <mutex>
 #include <optional>
 #include <span>
@@ -244,13 +246,18 @@ TEST(LearnerThread, DiscardsTheOldestTracksWhenTooManyWait) {
   LearnerThread learner(Model{}, {}, EpisodeConfig{}, config, {hold, {}, {}, [&](const std::string&) { ++warnings; }});
   learner.add(corner_walks(20, 1), {});
   learns.wait(false);
-  for (int i = 0; i < 10; ++i) learner.add(corner_walks(10, 1), {});
+  for (unsigned seed = 2; seed <= 11; ++seed) learner.add(corner_walks(10, seed), {});
   EXPECT_EQ(learner.status().waiting_tracks, 30u) << "a batch, and those that wait beside it";
   EXPECT_EQ(learner.status().discarded_tracks, 70u);
   released = true;
   released.notify_one();
   learner.drain();
   EXPECT_EQ(warnings, 1);
+  std::vector<FramedTrajectory> kept = corner_walks(10, 9);
+  std::ranges::move(corner_walks(10, 10), std::back_inserter(kept));
+  std::vector<EpisodeId> expected{episode_id(corner_walks(20, 1)), episode_id(kept), episode_id(corner_walks(10, 11))};
+  std::ranges::sort(expected);
+  EXPECT_EQ(learner.snapshot()->model.episode_ids, expected) << "of the first batch and the newest tracks";
 }
 
 TEST(LearnerThread, EndsWithoutLearningAPartialBatch) {
