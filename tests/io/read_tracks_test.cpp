@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <clocale>
+#include <cstdlib>
 
 #include "io/files.hpp"
 #include "io/rows.hpp"
@@ -124,9 +125,15 @@ TEST(GenericCsv, NamesTheRemedyForOtherEncodingsAndLineEnds) {
 
 TEST(GenericCsv, IsReadTheSameInALocaleWithDecimalCommas) {
   const std::string before = std::setlocale(LC_ALL, nullptr);
-  if (std::setlocale(LC_ALL, "de_DE.UTF-8") == nullptr) GTEST_SKIP() << "no such locale on this machine";
+  const ScratchFolder folder;
+  const std::string make = "localedef --no-archive -i de_DE -f UTF-8 " + (folder / "de_DE.UTF-8").string();
+  if (std::system(make.c_str()) != 0) GTEST_SKIP() << "the package locales is missing";
+  setenv("LOCPATH", folder.path().c_str(), 1);
+  ASSERT_NE(std::setlocale(LC_ALL, "de_DE.UTF-8"), nullptr);
+  ASSERT_STREQ(std::localeconv()->decimal_point, ",");
   const auto file = read_text("a.csv", "track_id,t,x,y\n1,0.25,1.5,2\n");
   std::setlocale(LC_ALL, before.c_str());
+  unsetenv("LOCPATH");
   expect_row(file.detections.rows[0], "1", 0.25, 1.5, 2.0);
 }
 
