@@ -39,7 +39,7 @@ void unpack_part(unsigned part, std::span<const double> numbers) {
 std::vector<double> part_of(unsigned part, const Model& model) {
   if (part == 0) return pack(of_one_step(model.refinement.error_statistics.front()));
   if (part == 1) return pack(model.transitions.front().field);
-  if (part == 2) return pack(model.refinement.prior);
+  if (part == 2) return pack(model.refinement.residuals.front());
   if (part == 3) return pack(model.sites.front().frame);
   if (part == 5) return pack(model.transitions.front().sites);
   return pack(AllSettings{model.settings, model.refinement.residual_settings});
