@@ -36,7 +36,9 @@ inline void require_good_rejection(const FormatError& error, const std::string& 
   require(message.starts_with(path) && error.path.starts_with(path), "the file is named", message);
   require(error.line <= lines, "the line is in the file", message);
   require(!error.expected.empty() && !error.found.empty(), "what was expected and found is said", message);
-  require(message.find('\n') == std::string_view::npos, "one line says it", message);
+  const auto commands = [](unsigned char c) { return c < 0x20 || c == 0x7f; };
+  require(std::ranges::none_of(message, commands), "one line says it, and commands no terminal", message);
+  require(message.size() < 2200, "it is said in about 2 KB", message);
 }
 
 /// Whether the input was taken. Any other error than a FormatError ends the run.
