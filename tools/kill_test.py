@@ -73,6 +73,8 @@ def main():
             stored = len(rows)
             if kill % 20 == 0:
                 print(f"{kill} kills, {stored} episodes stored", file=sys.stderr)
+    if stored == 0:
+        failures.append("no episode was stored: nothing was tested")
     print(f"{options.kills} kills: {stored} episodes stored, new ones in {busy} of the runs, {unreported} killed between storing and reporting; "
           f"{len(failures)} faults")
     return "\n".join(failures) or 0  # sys.exit prints a text on stderr and exits with 1
