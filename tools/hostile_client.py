@@ -221,6 +221,8 @@ def main():
         print(
             f"good client: {good.sent} lines, {good.due} due, {good.due_answered} answered, {good.dropped} superseded, {lost} without an answer"
         )
+        if good.due == 0:
+            faults.append("no line of the good client was due: nothing was measured")
         if lost > 0:
             faults.append(f"{lost} lines of the good client have no answer")
         if service.alive():
