@@ -324,6 +324,7 @@ class Attacks:
                 at = received.rfind(b"\x88")
                 code = struct.unpack(">H", received[at + 2 : at + 4])[0] if 0 <= at <= len(received) - 4 else None
                 assert closed or (name == "noise" and not received), f"{name}: goes on after {received[:100]}"
+                assert code in (None, 1002, 1007, 1009), f"{name}: closed with {code}"
                 answers.append(f"{name}: {code or 'closed the connection'}")
         with handshake(self.http) as client:  # a message in frames of a byte, without an end
             send(client, frame(b"a", first=0x01) + frame(b"a", first=0x00) * self.size(70000, 70000), 20.0)
