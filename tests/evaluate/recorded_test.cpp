@@ -3,6 +3,7 @@
 #include "sila/core/errors.hpp"
 #include "sila/evaluate/evaluate.hpp"
 #include "sila/io/reports.hpp"
+#include "support/message_of.hpp"
 #include "support/scratch.hpp"
 #include "support/walks.hpp"
 
@@ -67,12 +68,7 @@ TEST(RecordedPredictions, ThoseWithoutASampleOfTheirTrackAreCounted) {
 }
 
 TEST(RecordedPredictions, ALineThatIsNoneIsNamed) {
-  try {
-    recorded_in("{\"count\":3}\n{\"modes\":[{}]}\n");
-    FAIL() << "no error";
-  } catch (const FormatError& error) {
-    EXPECT_EQ(error.line, 2u);
-  }
+  EXPECT_TRUE(says(message_of<FormatError>([] { recorded_in("{\"count\":3}\n{\"modes\":[{}]}\n"); }), "ndjson:2: "));
 }
 
 }  // namespace
