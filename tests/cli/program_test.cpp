@@ -256,7 +256,6 @@ TEST_F(Program, ReportsAnExperimentAndRejectsWhatIsNone) {
   folder_.write("other.json", "{}");
   expect_rejected("report other.json", {"other.json", "sila experiment"});
   expect_rejected("report missing.sila", {"missing.sila"});
-  learn();
 }
 
 }  // namespace
