@@ -312,7 +312,7 @@ TEST(StreamCore, StreamsDoNotShareIdsOrClocks) {
   StreamCore core;
   for (int k = 0; k < 20; ++k) {
     EXPECT_FALSE(ingest(core, 1, {"a", 0.1 * k, {0.1 * k, 0.0}}, 0.0, settings).rejection);
-    EXPECT_FALSE(ingest(core, 2, {"a", 1e6 - 0.1 * k * 0.0 + 0.1 * k, {50.0, 0.1 * k}}, 0.0, settings).rejection);
+    EXPECT_FALSE(ingest(core, 2, {"a", 1e6 + 0.1 * k, {50.0, 0.1 * k}}, 0.0, settings).rejection);
   }
   end_stream(core, 1, settings);
   ASSERT_EQ(core.finished.size(), 1u);
