@@ -46,10 +46,12 @@ TEST(Predictor, GivesSoundPredictionsOfAtMostTheModesAskedFor) {
   }
 }
 
-TEST(Predictor, PredictsATrackFromItsSecondSampleOn) {
+TEST(Predictor, PredictsATrackFromTheLeastObservedTimeOn) {
   const Predictor predictor(corner_model(), kConfig.predict);
   const Trajectory track = testing::walk("new", {{1, 1}, {12, 1}}, 1.3);
-  for (std::size_t last : prediction_samples(track, kConfig.predict.min_observe_s, 0.1)) {
+  const std::vector<std::size_t> due = prediction_samples(track, kConfig.predict.min_observe_s, 0.1);
+  ASSERT_EQ(due.at(0), 4U);  // 0.4 s
+  for (const std::size_t last : due) {
     const CurbTrajectory observed = observe(track, last, testing::square_frame(), 3.2, {});
     const Prediction prediction = predictor.predict(observed);
     expect_sound(prediction);
