@@ -321,8 +321,9 @@ TEST(Evaluate, WindowsCutShortHaveEquallyManyStates) {
     placed.track = std::move(fewer);
   }
   const std::vector<double> observed_s{1.1};
-  for (const Window& window : windows_of(tracks, kConfig.sampling, kConfig.predict, 0.8, observed_s))
-    EXPECT_EQ(window.past_m.size(), 6U) << window.observed.id;
+  const std::vector<Window> windows = windows_of(tracks, kConfig.sampling, kConfig.predict, 0.8, observed_s);
+  EXPECT_FALSE(windows.empty());
+  for (const Window& window : windows) EXPECT_EQ(window.past_m.size(), 6U) << window.observed.id;
 }
 
 TEST(Evaluate, PeopleWhoStandErrNoMoreThanTheBetterReference) {
