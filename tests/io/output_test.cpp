@@ -11,6 +11,8 @@
 namespace {
 
 std::atomic<ino_t> last_synced;
+std::string target;                // of a test
+std::atomic<ino_t> target_before;  // when it was synced
 
 }  // namespace
 
@@ -18,6 +20,7 @@ std::atomic<ino_t> last_synced;
 extern "C" int fsync(int file) {
   struct stat status {};
   if (fstat(file, &status) == 0) last_synced = status.st_ino;
+  target_before = stat(target.c_str(), &status) == 0 ? status.st_ino : 0;
   return fdatasync(file);
 }
 
@@ -45,10 +48,12 @@ TEST(Output, TheTargetChangesInOneStepAtCommit) {
 
 TEST(Output, IsOnTheDiskBeforeItReplacesTheTarget) {
   const ScratchFolder folder;
-  write_file(folder / "a.txt", "new");
+  target = folder / "a.txt";
+  write_file(target, "new");
   struct stat status {};
-  ASSERT_EQ(stat((folder / "a.txt").c_str(), &status), 0);
+  ASSERT_EQ(stat(target.c_str(), &status), 0);
   EXPECT_EQ(last_synced, status.st_ino);
+  EXPECT_NE(target_before, status.st_ino);
 }
 
 TEST(Output, WithoutCommitNothingChangesAndNothingIsLeftBehind) {
