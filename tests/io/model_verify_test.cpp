@@ -103,9 +103,6 @@ TEST(Verify, NoticesAFlippedBitAnywhereInASmallFile) {
   EXPECT_TRUE(same(load_model(path), original));
   EXPECT_GT(outcome.rejected, 100);
   EXPECT_GT(outcome.noticed, 10);
-  RecordProperty("rejected", outcome.rejected);
-  RecordProperty("noticed", outcome.noticed);
-  RecordProperty("harmless", outcome.harmless);
 }
 
 TEST(Verify, NoticesFlippedBitsAnywhereInALargeFile) {

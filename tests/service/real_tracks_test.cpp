@@ -86,8 +86,6 @@ TEST(ServiceRealTracks, NominalRegionsCoverTheLastThousandPedestrians) {
   for (std::size_t h = 0; h < shares.size(); ++h) {
     EXPECT_NEAR(shares[h][1], 0.5, 0.03) << "horizon " << h;
     EXPECT_NEAR(shares[h][3], 0.9, 0.03) << "horizon " << h;
-    RecordProperty("in_50_" + std::to_string(h), std::to_string(shares[h][1]));
-    RecordProperty("in_90_" + std::to_string(h), std::to_string(shares[h][3]));
   }
 }
 

@@ -242,7 +242,6 @@ double constant_velocity_mhd_m(const std::vector<Trajectory>& tracks) {
 TEST_P(EveryLayout, IsAsHardForConstantVelocityAsRealPlacesAre) {
   // Real corners and crossings give means of 0.55 to 1.3 m on the same windows.
   const double mhd_m = constant_velocity_mhd_m(simulate(config_of(GetParam(), 989)).tracks);
-  RecordProperty("constant_velocity_mhd_m", std::to_string(mhd_m));
   EXPECT_GT(mhd_m, 0.55);
   EXPECT_LT(mhd_m, 1.3);
 }
