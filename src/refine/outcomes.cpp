@@ -63,6 +63,8 @@ void set_stays(OutcomeProbabilities& probabilities, double stays) {
 
 Outcome outcome_of(const Prediction& prediction, const Vector2& position_m) {
   require_heading(prediction, "outcome_of");
+  if (!position_m.allFinite())
+    throw invalid_argument("outcome_of: position_m = (", position_m.x(), ", ", position_m.y(), "), must be finite");
   const Vector2 relative_m = to_heading(prediction) * (position_m - prediction.start_m);
   return outcome_at(relative_m.x(), relative_m.y(), tan_straight_of(prediction));
 }

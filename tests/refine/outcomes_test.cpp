@@ -229,9 +229,10 @@ TEST(Outcomes, WithoutADirectionAllAreAlike) {
   for (std::size_t k = 1; k < kOutcomeCount; ++k) EXPECT_DOUBLE_EQ(p[k], 0.1);
 }
 
-TEST(Outcomes, NeedAStepAndAHeading) {
+TEST(Outcomes, NeedAStepAPositionAndAHeading) {
   Prediction prediction = of_modes({gaussian(1.0, {3, 2}, Matrix2::Identity())});
   EXPECT_THROW(outcome_probabilities(prediction, 1), std::invalid_argument);
+  EXPECT_THROW(outcome_of(prediction, {std::nan(""), 0.0}), std::invalid_argument);
   prediction.heading = Vector2::Zero();
   EXPECT_THROW(outcome_probabilities(prediction, 0), std::invalid_argument);
   EXPECT_THROW(outcome_of(prediction, {1.0, 0.0}), std::invalid_argument);

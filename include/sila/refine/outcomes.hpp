@@ -19,7 +19,8 @@ using OutcomeProbabilities = std::array<double, kOutcomeCount>;
 
 /// The outcome if the person is at this position [m]. Directions are relative to `prediction.heading`. `straight` is
 /// within 25 degrees of it, or within 45 if the person stands; `back` is within 45 degrees of the opposite direction;
-/// `left` and `right` are between. Throws: std::invalid_argument without a heading.
+/// `left` and `right` are between. Throws: std::invalid_argument without a heading, and for a position that is not
+/// finite.
 Outcome outcome_of(const Prediction& prediction, const Vector2& position_m);
 
 /// The probability of each outcome at a time of the prediction: the mass of the modes' density in it, by numerical
