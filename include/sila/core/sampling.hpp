@@ -31,7 +31,8 @@ struct MotionState {
 
 /// The part of a track that a predictor may use at sample `last`: states every `interval_s`, ending exactly at that
 /// sample and reaching back less than `observe_s` (16 states for 3.2 s at 0.2 s), or to the start of a shorter track.
-/// Later samples of the track are ignored, so a live program may keep one growing Trajectory for each person.
+/// Later samples of the track are ignored, so a live program may keep one growing Trajectory for each person. Gaps and
+/// jumps are not cut: begin a new Trajectory at one that is beyond CleanConfig (sila/core/clean.hpp).
 /// Units: curb units of `frame`, and curb units/s. `observe_s` and `config` are those of the model's configuration.
 /// Throws: std::invalid_argument if there is no sample `last`, for a `config` out of range or an observe_s that is not
 /// positive, and for times that do not increase or positions that are not finite, in the window or in the second before
