@@ -56,9 +56,9 @@ class LiveStream {
   /// Adds the detections of one moment and returns the predictions that are due: at most one for each pedestrian, from
   /// the newest detection. All earlier predictions whose future is known are scored before it returns. Faulty
   /// detections are data, not errors: they are rejected and counted (`metrics`; the rules are in docs/service.md). Call
-  /// it for moments without detections, too: if all are rejected, none of them off the clock, `now_s`, on the clock of
-  /// the detections, ends all tracks 5 s after the last one that was not. Units: seconds on any clock; metres, or
-  /// pixels with a camera. Throws: std::invalid_argument after `close`.
+  /// it for moments without detections, too: a call that accepts none, and has none off the clock, ends all tracks if
+  /// `now_s`, on the clock of the detections, is 5 s after the newest accepted one. Units: seconds on any clock;
+  /// metres, or pixels with a camera. Throws: std::invalid_argument after `close`.
   std::vector<LivePrediction> update(double now_s, std::span<const Detection> detections);
 
   /// Ends all tracks and learns them, the last in a smaller batch; returns when it is done.
