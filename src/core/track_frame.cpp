@@ -50,7 +50,7 @@ CurbFrame frame_of_tracks(std::span<const FramedTrajectory> tracks) {
   std::vector<Vector2> positions_m;
   for (const FramedTrajectory& entry : tracks)
     positions_m.insert(positions_m.end(), entry.track.positions_m.begin(), entry.track.positions_m.end());
-  if (positions_m.empty()) throw std::invalid_argument("frame_of_tracks: tracks = [], one position is needed");
+  if (positions_m.empty()) throw std::invalid_argument("scene: no scene and no track gives the model its frame");
   const Vector2 axis = principal_axis(positions_m);
   const Matrix2 axes = axes_along(axis);
   for (Vector2& position_m : positions_m) position_m = axes.transpose() * position_m;

@@ -46,7 +46,7 @@ const SceneFile* matching_entry(const Scene& scene, const std::filesystem::path&
 std::vector<SceneFile> sources_of(std::span<const std::filesystem::path> paths, const Scene& scene,
                                   const ReadOptions& options) {
   if (paths.empty() && scene.files.empty())
-    throw FormatError(scene.path.string(), 0, "files = a list of track files", "none");
+    throw FormatError(scene.path.empty() ? "scene" : scene.path.string(), 0, "files = a list of track files", "none");
   std::vector<SceneFile> sources;
   const ReadOptions of_scene{.camera = scene.camera};  // counts if nothing else says how positions become metres
   const auto add = [&](const std::filesystem::path& path, const SceneFile& entry) {

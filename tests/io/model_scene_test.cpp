@@ -102,7 +102,7 @@ TEST(ModelScene, WarnsOfACornerThatMayBeASiteMeasuredAgain) {
 
 TEST(ModelScene, OfAnEmptyModelCannotBeShown) {
   EXPECT_THROW(scene_of(Model{}), std::invalid_argument);
-  EXPECT_THROW(scene_for({}, {}, {}, CornerChoice::primary), std::invalid_argument);
+  EXPECT_TRUE(says(rejection({}, {}), "no scene and no track"));
 }
 
 TEST(ModelScene, MarkOfAFrameMadeFromTracksIsStored) {

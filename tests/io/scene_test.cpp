@@ -234,6 +234,7 @@ TEST_F(SceneFiles, WithoutOneUsableTrackAreRejectedWithTheCounts) {
   EXPECT_TRUE(says(error.found, "class car; --person (person_classes) names the classes that count)"));
   json.erase("files");
   EXPECT_TRUE(says(tests::format_error_of([&] { read_tracks({}, read(), {}, {}); }).expected, "files"));
+  EXPECT_EQ(tests::format_error_of([] { read_tracks({}, {}, {}, {}); }).path, "scene") << "not an empty name";
 }
 
 TEST(NearestCorner, GoesByTheFirstPosition) {
