@@ -117,14 +117,16 @@ TEST(LiveStream, WarnsOnceIfNothingIsAccepted) {
 }
 
 TEST(LiveStream, WarnsOnceOfAClockInMilliseconds) {
-  LiveStream stream({});
-  for (int k = 0; k < 200; ++k) {
-    const Detection row{"a", 100.0 * k, {0.1 * k, 0.0}};
-    stream.update(row.t_s, std::span(&row, 1));
+  for (const double start : {0.0, 1.7e12}) {
+    LiveStream stream({});
+    for (int k = 0; k < 200; ++k) {
+      const Detection row{"a", start + 100.0 * k, {0.1 * k, 0.0}};
+      stream.update(row.t_s, std::span(&row, 1));
+    }
+    const std::vector<std::string> warnings = stream.take_warnings();
+    ASSERT_EQ(warnings.size(), 1u);
+    EXPECT_TRUE(says(warnings[0], start == 0.0 ? "t is in seconds" : "time (seconds)")) << warnings[0];
   }
-  const std::vector<std::string> warnings = stream.take_warnings();
-  ASSERT_EQ(warnings.size(), 1u);
-  EXPECT_TRUE(says(warnings[0], "t is in seconds")) << warnings[0];
 }
 
 TEST(LiveStream, CanBeUpdatedFromTasks) {
