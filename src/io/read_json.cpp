@@ -199,7 +199,7 @@ bool add_boxes(JsonTable& table, const TextLine& element, const Json& object, Tr
 }
 
 TrackFile boxes_in(const JsonTable& table, TrackFormat format, const ReadOptions& options) {
-  return table.with_bad_rows(read_table(table.table(), {box_columns(format), options, {}, 1.0, {}}, {}));
+  return table.with_bad_rows(read_table(table.table(), {box_columns(format), options, {}, {}}, {}));
 }
 
 /// The objects of a file of tracked boxes: lines, or the elements of the array that has them.
@@ -251,7 +251,7 @@ TrackFile read_json_boxes(const std::string& path, std::string_view text, TrackF
 
 std::optional<TrackFile> live_detections(const nlohmann::json& object, const ReadOptions& options) {
   if (std::optional<Detection> row = detection_of(object))
-    return in_metres({{{}, {*std::move(row)}, 1}, TrackFormat::ndjson}, options, 1.0);
+    return in_metres({{{}, {*std::move(row)}, 1}, TrackFormat::ndjson}, options);
   JsonTable table;
   for (const TrackFormat format : {TrackFormat::frigate, TrackFormat::axis}) {
     if (!object.is_object() || !box_rows(format, object)) continue;

@@ -60,8 +60,8 @@ TrackFile read_trajnetpp(const TextTable& table, const ReadOptions& options) {
     else
       count_bad(result, DropReason::not_a_number, line);
   }
-  const double interval_s = 1.0 / samples_per_second.value_or(2.5);
-  return with_seconds({std::move(result), TrackFormat::trajnetpp}, options, {{}, interval_s});
+  const ReadOptions stated{.sample_interval_s = 1.0 / samples_per_second.value_or(2.5)};
+  return with_seconds({std::move(result), TrackFormat::trajnetpp}, first_of(options, stated));
 }
 
 }  // namespace
@@ -83,7 +83,7 @@ TrackFile read_ndjson(const TextTable& table, const ReadOptions& options) {
   const bool stamped = table.rows.front().text.find("\"t\"") != std::string_view::npos;
   const TrackFormat format = options.format.value_or(stamped ? TrackFormat::ndjson : TrackFormat::trajnetpp);
   TrackFile file = format == TrackFormat::ndjson ? read_detection_lines(table) : read_trajnetpp(table, options);
-  return in_metres(std::move(file), options, 1.0);
+  return in_metres(std::move(file), options);
 }
 
 }  // namespace sila

@@ -33,7 +33,7 @@ void require_positive(const char* field, const std::optional<double>& value) {
 TrackFile tracks_of_text(const std::string& path, std::string_view text, const ReadOptions& options,
                          const std::string& only_track) {
   if (options.format.value_or(is_xml(text) ? TrackFormat::sumo_fcd : TrackFormat::csv) == TrackFormat::sumo_fcd)
-    return require_rows(in_metres(read_sumo_fcd(path, text), options, 1.0));
+    return require_rows(in_metres(read_sumo_fcd(path, text), options));
   if (const auto boxes = json_boxes_format(text, options.format))
     return require_rows(read_json_boxes(path, text, *boxes, options));
   if (is_json_array(text)) return require_rows(read_json_array(path, text, options, only_track));

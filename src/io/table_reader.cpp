@@ -28,12 +28,11 @@ std::optional<double> commented_frame_rate(const TextTable& table) {
 }
 
 /// Juelich files may say that their columns are "x/cm".
-double commented_metres_per_unit(const TextTable& table) {
-  const bool centimetres = std::ranges::any_of(table.comments, [](const std::string& text) {
+bool has_centimetres(const TextTable& table) {
+  return std::ranges::any_of(table.comments, [](const std::string& text) {
     return text.find("x/cm") != std::string::npos || text.find("x [cm]") != std::string::npos ||
            text.find("in cm") != std::string::npos;
   });
-  return centimetres ? 0.01 : 1.0;
 }
 
 /// The path of the meta file that belongs to XX_tracks.csv, gzipped or not; nothing if it is not there.
@@ -71,21 +70,24 @@ std::optional<double> read_ind_frame_rate(const std::string& tracks_path) {
   return rate;
 }
 
-FrameClock format_clock(TrackFormat format, const TextTable& table) {
-  switch (format) {
+/// The rate that a format or a file states, and its scale.
+ReadOptions stated_options(const TrackColumns& columns, const TextTable& table) {
+  switch (columns.format) {
     case TrackFormat::obsmat:
     case TrackFormat::frame_id_x_y:
-      return {{}, 0.4};
+      return {.sample_interval_s = 0.4};
     case TrackFormat::stanford_drone:
-      return {30.0, {}};
+      return {.frames_per_second = 30.0};
     case TrackFormat::dut:
-      return {23.98, {}};
+      return {.frames_per_second = 23.98};
     case TrackFormat::kitti:
-      return {10.0, {}};
+      return {.frames_per_second = 10.0};
     case TrackFormat::ind:
-      return {read_ind_frame_rate(table.path), {}};
+      if (columns.time != TrackColumns::kNone) return {};
+      return {.frames_per_second = read_ind_frame_rate(table.path)};
     case TrackFormat::juelich:
-      return {commented_frame_rate(table), {}};
+      return {.frames_per_second = commented_frame_rate(table),
+              .metres_per_unit = has_centimetres(table) ? std::optional(0.01) : std::nullopt};
     default:
       return {};
   }
@@ -184,10 +186,10 @@ std::optional<double> offset_s(std::string_view text) {
 
 }  // namespace
 
-TrackFile in_metres(TrackFile file, const ReadOptions& options, double of_format) {
+TrackFile in_metres(TrackFile file, const ReadOptions& options) {
   file = with_persons(std::move(file), options.person_classes);
   if (options.camera) return on_ground(std::move(file), *options.camera);
-  const double scale = options.metres_per_unit.value_or(of_format);
+  const double scale = options.metres_per_unit.value_or(1.0);
   if (scale != 1.0) {
     for (Detection& row : file.detections.rows) row.position_m *= scale;
   }
@@ -200,12 +202,11 @@ TrackFile in_metres(TrackFile file, const ReadOptions& options, double of_format
 std::optional<TableReader> table_reader(const TextTable& first, const ReadOptions& options) {
   const auto columns = columns_of(first, options.format);
   if (!columns) return std::nullopt;
-  TableReader reader{*columns, options, {}, 1.0, {}, column_warnings(first, *columns)};
+  TableReader reader{
+      *columns, first_of(options, stated_options(*columns, first)), {}, column_warnings(first, *columns)};
   reader.columns.seconds_per_time *= unix_unit(first, *columns);
   if (columns->label == TrackColumns::kNone && columns->format != TrackFormat::ind && !options.person_classes.empty())
     reader.warnings.push_back(first.path + ": no column of classes, so the classes of pedestrians have no effect");
-  if (columns->time == TrackColumns::kNone) reader.clock = format_clock(columns->format, first);
-  if (columns->format == TrackFormat::juelich) reader.metres_per_unit = commented_metres_per_unit(first);
   if (columns->format == TrackFormat::ind) reader.classes = read_ind_classes(first.path);
   return reader;
 }
@@ -220,8 +221,8 @@ TrackFile read_table(const TextTable& table, const TableReader& reader, const st
       row.label = found == reader.classes.end() ? "unknown" : found->second;
     }
   }
-  if (columns.time == TrackColumns::kNone) file = with_seconds(std::move(file), reader.options, reader.clock);
-  return in_metres(std::move(file), reader.options, reader.metres_per_unit);
+  if (columns.time == TrackColumns::kNone) file = with_seconds(std::move(file), reader.options);
+  return in_metres(std::move(file), reader.options);
 }
 
 std::optional<double> seconds_of_date(std::string_view text) {
@@ -242,15 +243,13 @@ std::optional<double> seconds_of_date(std::string_view text) {
   return 86400.0 * days + 3600.0 * hour + 60.0 * minute + second - *offset + *fraction_s;
 }
 
-TrackFile with_seconds(TrackFile frames, const ReadOptions& options, const FrameClock& of_format) {
-  const bool given = options.frames_per_second || options.sample_interval_s;
-  const FrameClock clock = given ? FrameClock{options.frames_per_second, options.sample_interval_s} : of_format;
+TrackFile with_seconds(TrackFile frames, const ReadOptions& options) {
   std::vector<Detection>& rows = frames.detections.rows;
-  if (clock.frames_per_second) {
-    for (Detection& row : rows) row.t_s /= *clock.frames_per_second;
-  } else if (clock.sample_interval_s) {
+  if (options.frames_per_second) {
+    for (Detection& row : rows) row.t_s /= *options.frames_per_second;
+  } else if (options.sample_interval_s) {
     const double step = common_step(rows);
-    for (Detection& row : rows) row.t_s = row.t_s / step * *clock.sample_interval_s;
+    for (Detection& row : rows) row.t_s = row.t_s / step * *options.sample_interval_s;
   } else {
     throw FormatError(frames.detections.source, 0, "time stamps, or a frame rate (frames_per_second, --fps)",
                       "frame numbers alone");

@@ -6,27 +6,19 @@
 
 namespace sila {
 
-/// The clock that a format or a file states; unset members are not known.
-struct FrameClock {
-  std::optional<double> frames_per_second;
-  std::optional<double> sample_interval_s;  ///< between the annotations of one person
-};
-
 /// Seconds since 1970 of an ISO 8601 date, `2024-05-03T12:00:00.25Z`: with a blank for the T, a fraction, an offset
 /// such as +02:00 or none (UTC). Null for any other text.
 std::optional<double> seconds_of_date(std::string_view text);
 
 /// Detections whose `t_s` still is a frame number become detections in seconds: by the frame rate of the options, else
-/// by their sample interval, else by what the format says. An interval is the time of the commonest step of a person's
-/// frames. Throws: FormatError if the rate is not known.
-TrackFile with_seconds(TrackFile frames, const ReadOptions& options, const FrameClock& of_format);
+/// by their sample interval, the time of the commonest step of a person's frames. Throws: FormatError if both are
+/// unset.
+TrackFile with_seconds(TrackFile frames, const ReadOptions& options);
 
 /// How to interpret the rows of a file: by its first lines, the files beside it, and the options.
 struct TableReader {
   TrackColumns columns;
-  ReadOptions options;
-  FrameClock clock;                            ///< of the format, if there are frame numbers alone
-  double metres_per_unit = 1.0;                ///< of the format; the options win
+  ReadOptions options;                         ///< those of the caller, else rate and scale of the format
   std::map<std::string, std::string> classes;  ///< by track id, where another file has them (inD)
   std::vector<std::string> warnings = {};      ///< of its columns
 };
@@ -38,9 +30,8 @@ std::optional<TableReader> table_reader(const TextTable& first, const ReadOption
 /// where the file is one track. Throws: FormatError if the frame rate is not known.
 TrackFile read_table(const TextTable& table, const TableReader& reader, const std::string& only_track);
 
-/// Image points through the camera of the options; else positions times the scale of the options, else of the format.
-/// Rows above the horizon of the camera are dropped. Labels that the options, or the numbering of the format, call
-/// pedestrians become "person".
-TrackFile in_metres(TrackFile file, const ReadOptions& options, double of_format);
+/// Image points through the camera of the options; else positions times their scale. Rows above the horizon of the
+/// camera are dropped. Labels that the options, or the numbering of the format, call pedestrians become "person".
+TrackFile in_metres(TrackFile file, const ReadOptions& options);
 
 }  // namespace sila

@@ -167,8 +167,7 @@ class LargeFile {
 
 /// Whether the seconds of a row follow from the row alone. An interval is the time of the commonest step of all.
 bool has_clock_of_rows(const TableReader& reader) {
-  if (reader.columns.time != TrackColumns::kNone || reader.options.frames_per_second) return true;
-  return !reader.options.sample_interval_s && reader.clock.frames_per_second.has_value();
+  return reader.columns.time != TrackColumns::kNone || reader.options.frames_per_second;
 }
 
 /// How to read a file in parts; none if it must be read whole. Throws: FormatError if it is no track file.
