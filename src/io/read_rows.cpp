@@ -26,11 +26,11 @@ class RowReader {
     if (cells.size() > named && !cells.back().empty()) fault_ = Fault{DropReason::extra_cells, {}};
   }
 
-  double number(std::size_t column) {
-    if (!fault_ && column >= cells_.size()) fault_ = Fault{DropReason::missing_cells, {}};
+  double number(TrackColumns::Column column) {
+    if (!fault_ && !in_row(column)) fault_ = Fault{DropReason::missing_cells, {}};
     if (fault_) return 0.0;
-    const auto value = number_of(cells_[column]);
-    if (!value) fault_ = Fault{DropReason::not_a_number, cells_[column]};
+    const auto value = number_of(cells_[*column]);
+    if (!value) fault_ = Fault{DropReason::not_a_number, cells_[*column]};
     return value.value_or(0.0);
   }
 
@@ -38,9 +38,9 @@ class RowReader {
   Vector2 position() {
     const Vector2 corner(number(columns_.x), number(columns_.y));
     Vector2 size = Vector2::Zero();
-    if (columns_.width != TrackColumns::kNone) {
+    if (columns_.width) {
       size = Vector2(number(columns_.width), number(columns_.height));
-    } else if (columns_.x2 != TrackColumns::kNone) {
+    } else if (columns_.x2) {
       size = Vector2(number(columns_.x2), number(columns_.y2)) - corner;
     } else {
       return corner;
@@ -50,17 +50,17 @@ class RowReader {
   }
 
   double stamp() {
-    if (columns_.time == TrackColumns::kNone) return number(columns_.frame);
-    const auto date_s = columns_.time < cells_.size() ? seconds_of_date(cells_[columns_.time]) : std::nullopt;
+    if (!columns_.time) return number(columns_.frame);
+    const auto date_s = in_row(columns_.time) ? seconds_of_date(cells_[*columns_.time]) : std::nullopt;
     if (date_s && !fault_) return *date_s;
-    const double nanoseconds = columns_.nanoseconds == TrackColumns::kNone ? 0.0 : number(columns_.nanoseconds);
+    const double nanoseconds = columns_.nanoseconds ? number(columns_.nanoseconds) : 0.0;
     return number(columns_.time) * columns_.seconds_per_time + 1e-9 * nanoseconds;
   }
 
   std::string track(const std::string& only_track) {
     if (fault_) return {};
-    if (columns_.id == TrackColumns::kNone) return only_track;
-    const std::string_view cell = cells_[columns_.id];
+    if (!columns_.id) return only_track;
+    const std::string_view cell = cells_[*columns_.id];
     if (cell.empty()) fault_ = Fault{DropReason::missing_cells, "an empty track id"};
     const bool boxes = columns_.format == TrackFormat::mot || columns_.format == TrackFormat::boxes;
     if (boxes && cell.starts_with('-') && number_of(cell)) fault_ = Fault{DropReason::missing_cells, "the track id -1"};
@@ -70,21 +70,20 @@ class RowReader {
                                                                 : std::string(cell);
   }
 
-  std::string label() const {
-    const bool present = columns_.label != TrackColumns::kNone && columns_.label < cells_.size();
-    return present ? utf8_of(cells_[columns_.label]) : std::string();
-  }
+  std::string label() const { return in_row(columns_.label) ? utf8_of(cells_[*columns_.label]) : std::string(); }
 
   void reject_lost() {
     const bool lost = (columns_.format == TrackFormat::kitti && number(columns_.x) == kUnknownKittiPlace_m) ||
-                      (columns_.lost != TrackColumns::kNone && number(columns_.lost) != 0.0) ||
-                      (columns_.considered != TrackColumns::kNone && number(columns_.considered) == 0.0);
+                      (columns_.lost && number(columns_.lost) != 0.0) ||
+                      (columns_.considered && number(columns_.considered) == 0.0);
     if (lost && !fault_) fault_ = Fault{DropReason::lost, {}};
   }
 
   const std::optional<Fault>& fault() const { return fault_; }
 
  private:
+  bool in_row(TrackColumns::Column column) const { return column && *column < cells_.size(); }
+
   const std::vector<std::string_view>& cells_;
   const TrackColumns& columns_;
   std::optional<Fault> fault_;

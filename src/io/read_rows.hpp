@@ -7,30 +7,30 @@ namespace sila {
 
 /// Which column of a table means what. Indices into the cells of a row.
 struct TrackColumns {
-  static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+  using Column = std::optional<std::size_t>;
 
   TrackFormat format = TrackFormat::csv;
-  char separator = ',';             ///< ' ' for runs of blanks
-  bool header = false;              ///< the first line names the columns
-  std::size_t id = kNone;           ///< kNone: the file is one track
-  std::size_t time = kNone;         ///< wins over `frame`
-  double seconds_per_time = 1;      ///< unit of `time`
-  std::size_t nanoseconds = kNone;  ///< to add to `time`, as ROS splits a stamp
-  std::string time_name = {};       ///< in a header line
-  std::size_t frame = kNone;
-  std::size_t x = kNone;
-  std::size_t y = kNone;
-  std::size_t x2 = kNone;  ///< opposite corner of a box
-  std::size_t y2 = kNone;
-  std::size_t width = kNone;  ///< of a box whose left and top edges are x and y
-  std::size_t height = kNone;
+  char separator = ',';         ///< ' ' for runs of blanks
+  bool header = false;          ///< the first line names the columns
+  Column id = {};               ///< unset: the file is one track
+  Column time = {};             ///< wins over `frame`
+  double seconds_per_time = 1;  ///< unit of `time`
+  Column nanoseconds = {};      ///< to add to `time`, as ROS splits a stamp
+  std::string time_name = {};   ///< in a header line
+  Column frame = {};
+  Column x = {};
+  Column y = {};
+  Column x2 = {};  ///< opposite corner of a box
+  Column y2 = {};
+  Column width = {};  ///< of a box whose left and top edges are x and y
+  Column height = {};
   bool foot = false;    ///< the position of a box is the middle of its bottom edge instead of its centre
   bool pixels = false;  ///< positions are image points
-  std::size_t label = kNone;
-  std::size_t lost = kNone;        ///< not 0: the row does not count
-  std::size_t considered = kNone;  ///< 0: the row does not count
-  std::size_t cells = 0;           ///< a row with fewer is bad
-  bool numeric_ids = false;        ///< ids are written as "1.000e+00" and mean "1"
+  Column label = {};
+  Column lost = {};          ///< not 0: the row does not count
+  Column considered = {};    ///< 0: the row does not count
+  std::size_t cells = 0;     ///< a row with fewer is bad
+  bool numeric_ids = false;  ///< ids are written as "1.000e+00" and mean "1"
 };
 
 /// What a KITTI file has for a place that is not known [m].

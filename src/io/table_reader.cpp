@@ -83,7 +83,7 @@ ReadOptions stated_options(const TrackColumns& columns, const TextTable& table) 
     case TrackFormat::kitti:
       return {.frames_per_second = 10.0};
     case TrackFormat::ind:
-      if (columns.time != TrackColumns::kNone) return {};
+      if (columns.time) return {};
       return {.frames_per_second = read_ind_frame_rate(table.path)};
     case TrackFormat::juelich:
       return {.frames_per_second = commented_frame_rate(table),
@@ -153,11 +153,10 @@ double common_step(const std::vector<Detection>& rows) {
 /// The unit [s] of Unix times whose column names none, by their size: seconds reach 1e11 in the year 5138.
 double unix_unit(const TextTable& table, const TrackColumns& columns) {
   constexpr std::array<std::string_view, 4> kWithoutUnit{"t", "time", "timestamp", "stamp"};
-  if (columns.time == TrackColumns::kNone || std::ranges::find(kWithoutUnit, columns.time_name) == kWithoutUnit.end())
-    return 1.0;
+  if (!columns.time || std::ranges::find(kWithoutUnit, columns.time_name) == kWithoutUnit.end()) return 1.0;
   for (const TextLine& row : table.rows) {
     const auto cells = cells_of(row.text, columns.separator);
-    const auto stamp = columns.time < cells.size() ? number_of(cells[columns.time]) : std::nullopt;
+    const auto stamp = *columns.time < cells.size() ? number_of(cells[*columns.time]) : std::nullopt;
     if (!stamp || !std::isfinite(*stamp)) continue;
     return *stamp < 1e11 ? 1.0 : *stamp < 1e14 ? 1e-3 : *stamp < 1e17 ? 1e-6 : 1e-9;
   }
@@ -205,7 +204,7 @@ std::optional<TableReader> table_reader(const TextTable& first, const ReadOption
   TableReader reader{
       *columns, first_of(options, stated_options(*columns, first)), {}, column_warnings(first, *columns)};
   reader.columns.seconds_per_time *= unix_unit(first, *columns);
-  if (columns->label == TrackColumns::kNone && columns->format != TrackFormat::ind && !options.person_classes.empty())
+  if (!columns->label && columns->format != TrackFormat::ind && !options.person_classes.empty())
     reader.warnings.push_back(first.path + ": no column of classes, so the classes of pedestrians have no effect");
   if (columns->format == TrackFormat::ind) reader.classes = read_ind_classes(first.path);
   return reader;
@@ -221,7 +220,7 @@ TrackFile read_table(const TextTable& table, const TableReader& reader, const st
       row.label = found == reader.classes.end() ? "unknown" : found->second;
     }
   }
-  if (columns.time == TrackColumns::kNone) file = with_seconds(std::move(file), reader.options);
+  if (!columns.time) file = with_seconds(std::move(file), reader.options);
   return in_metres(std::move(file), reader.options);
 }
 

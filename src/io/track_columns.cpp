@@ -13,20 +13,20 @@ namespace {
 
 using Names = std::initializer_list<std::string_view>;
 
-std::size_t column(const std::vector<std::string>& names, std::span<const std::string_view> aliases) {
+TrackColumns::Column column(const std::vector<std::string>& names, std::span<const std::string_view> aliases) {
   for (const std::string_view alias : aliases) {
     const auto found = std::find(names.begin(), names.end(), alias);
     if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
   }
-  return TrackColumns::kNone;
+  return std::nullopt;
 }
 
-std::size_t column(const std::vector<std::string>& names, Names aliases) {
+TrackColumns::Column column(const std::vector<std::string>& names, Names aliases) {
   return column(names, std::span(aliases.begin(), aliases.size()));
 }
 
-bool has(const std::vector<std::string>& names, Names aliases) {
-  return column(names, aliases) != TrackColumns::kNone;
+bool has_all(const std::vector<std::string>& names, Names wanted) {
+  return std::ranges::all_of(wanted, [&](std::string_view name) { return std::ranges::count(names, name) > 0; });
 }
 
 std::vector<std::string> names_of(std::string_view header, char separator) {
@@ -43,16 +43,16 @@ char separator_of(std::string_view header) {
 
 void find_time(TrackColumns& columns, const std::vector<std::string>& names) {
   const auto use = [&](Names aliases, double seconds) {
-    if (columns.time != TrackColumns::kNone) return;
+    if (columns.time) return;
     columns.time = column(names, aliases);
-    if (columns.time != TrackColumns::kNone) columns.seconds_per_time = seconds;
+    if (columns.time) columns.seconds_per_time = seconds;
   };
   use({"t", "t_s", "time", "time_s", "timestamp", "timestamp_s", "seconds", "sec", "secs", "time_sec", "stamp"}, 1.0);
   use({"t_ms", "time_ms", "timestamp_ms", "milliseconds"}, 1e-3);
   use({"t_us", "time_us", "timestamp_us", "microseconds"}, 1e-6);
   use({"t_ns", "time_ns", "timestamp_ns", "stamp_ns", "nanoseconds"}, 1e-9);
   columns.nanoseconds = column(names, {"nsec", "nsecs", "nanosec", "nanosecs"});
-  if (columns.time != TrackColumns::kNone) columns.time_name = names[columns.time];
+  if (columns.time) columns.time_name = names[*columns.time];
 }
 
 /// The edges of a box, or its left and top edge with its size.
@@ -61,38 +61,34 @@ void find_box(TrackColumns& columns, const std::vector<std::string>& names) {
   columns.y = column(names, {"y_min", "ymin", "y1", "top", "bb_top", "bbox_top"});
   columns.x2 = column(names, {"x_max", "xmax", "x2", "right"});
   columns.y2 = column(names, {"y_max", "ymax", "y2", "bottom"});
-  if (columns.x2 == TrackColumns::kNone || columns.y2 == TrackColumns::kNone) {
-    columns.x2 = TrackColumns::kNone;
+  if (!columns.x2 || !columns.y2) {
+    columns.x2.reset();
     columns.width = column(names, {"width", "w", "bb_width", "bbox_width"});
     columns.height = column(names, {"height", "h", "bb_height", "bbox_height"});
-    if (columns.width == TrackColumns::kNone || columns.height == TrackColumns::kNone) columns.x = TrackColumns::kNone;
+    if (!columns.width || !columns.height) columns.x.reset();
   }
   columns.foot = columns.pixels = true;
 }
 
 /// Names of MOTChallenge; its x, y and z are not used.
 bool has_mot_names(const std::vector<std::string>& names) {
-  return has(names, {"frame"}) && has(names, {"bb_left"}) && has(names, {"bb_top"}) && has(names, {"bb_width"}) &&
-         has(names, {"bb_height"}) && (!has(names, {"x"}) || has(names, {"z"}));
+  return has_all(names, {"frame", "bb_left", "bb_top", "bb_width", "bb_height"}) &&
+         (!has_all(names, {"x"}) || has_all(names, {"z"}));
 }
 
 TrackFormat format_of_names(const TrackColumns& columns, const std::vector<std::string>& names) {
-  if (columns.id == TrackColumns::kNone) return TrackFormat::vru;
-  if (has(names, {"trackid"}) && has(names, {"xcenter"}) && has(names, {"ycenter"}) && has(names, {"frame"}))
-    return TrackFormat::ind;
-  if (has(names, {"track_id"}) && has(names, {"timestamp_ms"}) && has(names, {"agent_type"})) return TrackFormat::sind;
-  if (has(names, {"x_est"}) && has(names, {"y_est"}) && has(names, {"frame"})) return TrackFormat::dut;
+  if (!columns.id) return TrackFormat::vru;
+  if (has_all(names, {"trackid", "xcenter", "ycenter", "frame"})) return TrackFormat::ind;
+  if (has_all(names, {"track_id", "timestamp_ms", "agent_type"})) return TrackFormat::sind;
+  if (has_all(names, {"x_est", "y_est", "frame"})) return TrackFormat::dut;
   if (columns.pixels) return has_mot_names(names) ? TrackFormat::mot : TrackFormat::boxes;
   return TrackFormat::csv;
 }
 
 std::size_t widest(const TrackColumns& columns) {
-  std::size_t last = 0;
-  for (const std::size_t index : {columns.id, columns.time, columns.nanoseconds, columns.frame, columns.x, columns.y,
-                                  columns.x2, columns.y2, columns.width, columns.height, columns.lost}) {
-    if (index != TrackColumns::kNone) last = std::max(last, index);
-  }
-  return last + 1;
+  const auto last = std::max({columns.id, columns.time, columns.nanoseconds, columns.frame, columns.x, columns.y,
+                              columns.x2, columns.y2, columns.width, columns.height, columns.lost});
+  return last.value_or(0) + 1;  // no column is less than any
 }
 
 /// The content of a file is recognised by its first rows.
@@ -115,13 +111,11 @@ std::optional<TrackColumns> header_columns(std::string_view header) {
   columns.y =
       column(names, {"y", "y_m", "pos_y", "position_y", "ycenter", "y_est", "y_center", "world_y", "y_world", "py"});
   columns.label = column(names, kClassColumns);
-  if (has_mot_names(names) || (columns.x == TrackColumns::kNone && columns.y == TrackColumns::kNone))
-    find_box(columns, names);
-  const bool timed = columns.time != TrackColumns::kNone ||
-                     (columns.frame != TrackColumns::kNone && columns.id != TrackColumns::kNone);
-  if (!timed || columns.x == TrackColumns::kNone || columns.y == TrackColumns::kNone) return std::nullopt;
+  if (has_mot_names(names) || (!columns.x && !columns.y)) find_box(columns, names);
+  const bool timed = columns.time || (columns.frame && columns.id);
+  if (!timed || !columns.x || !columns.y) return std::nullopt;
   columns.format = format_of_names(columns, names);
-  if (columns.format == TrackFormat::mot && has(names, {"visibility"}))
+  if (columns.format == TrackFormat::mot && has_all(names, {"visibility"}))
     columns.considered = column(names, {"conf"});  // of a ground truth a flag
   columns.cells = widest(columns);
   return columns;
@@ -209,7 +203,7 @@ TrackColumns frame_or_time_columns(const TextTable& table) {
   };
   // Of stamps 0.5 s apart every other one; a few damaged frame numbers do not decide.
   if (4 * std::ranges::count_if(table.rows, has_part) > std::ssize(table.rows))
-    columns.time = std::exchange(columns.frame, TrackColumns::kNone);
+    columns.time = std::exchange(columns.frame, std::nullopt);
   return columns;
 }
 
@@ -305,10 +299,10 @@ std::vector<std::string> column_warnings(const TextTable& table, const TrackColu
   const std::string start = table.path + ": ", names = excerpt(trimmed(first));
   const std::vector<std::string> cells = names_of(first, columns.separator);
   std::vector<std::string> warnings;
-  const std::size_t used = columns.label == TrackColumns::kNone ? 3 : 4;
-  if (columns.id == TrackColumns::kNone && cells.size() > used)
+  const std::size_t used = columns.label ? 4 : 3;
+  if (!columns.id && cells.size() > used)
     warnings.push_back(start + "no column of track ids in " + names + ", so all rows are one track; name it track_id");
-  if (!columns.pixels && has(cells, {"w", "width"}) && has(cells, {"h", "height"}) && has(cells, {"x"}))
+  if (!columns.pixels && column(cells, {"w", "width"}) && column(cells, {"h", "height"}) && column(cells, {"x"}))
     warnings.push_back(start + "x, y in " + names +
                        " are points, their widths and heights are not used; name the edges of boxes x1,y1,x2,y2");
   return warnings;
@@ -319,16 +313,15 @@ std::vector<std::pair<std::string, std::string>> two_columns(const std::string& 
   const TextTable table = table_of(path, text);
   const TextLine& header = table.rows.front();
   const std::vector<std::string> names = names_of(header.text, ',');
-  const std::size_t a = column(names, {first}), b = column(names, {second});
-  if (a == TrackColumns::kNone || b == TrackColumns::kNone)
-    throw FormatError(path, header.number, std::string("a column ") + (a == TrackColumns::kNone ? first : second),
-                      excerpt(header.text));
+  const auto a = column(names, {first}), b = column(names, {second});
+  if (!a || !b)
+    throw FormatError(path, header.number, std::string("a column ") + (a ? second : first), excerpt(header.text));
   std::vector<std::pair<std::string, std::string>> rows;
   for (std::size_t i = 1; i < table.rows.size(); ++i) {
     const auto cells = cells_of(table.rows[i].text, ',');
-    if (cells.size() <= std::max(a, b))
+    if (cells.size() <= std::max(*a, *b))
       throw FormatError(path, table.rows[i].number, "as many cells as names", excerpt(table.rows[i].text));
-    rows.emplace_back(cells[a], cells[b]);
+    rows.emplace_back(cells[*a], cells[*b]);
   }
   return rows;
 }

@@ -167,7 +167,7 @@ class LargeFile {
 
 /// Whether the seconds of a row follow from the row alone. An interval is the time of the commonest step of all.
 bool has_clock_of_rows(const TableReader& reader) {
-  return reader.columns.time != TrackColumns::kNone || reader.options.frames_per_second;
+  return reader.columns.time || reader.options.frames_per_second;
 }
 
 /// How to read a file in parts; none if it must be read whole. Throws: FormatError if it is no track file.
@@ -186,8 +186,7 @@ std::optional<TableReader> reader_in_parts(const SceneFile& source, const Stream
   auto reader = table_reader(table_of(source.resolved.string(), text), source.options);
   if (reader) require_metres(reader->columns.pixels, source);
   const bool is_large = std::filesystem::file_size(source.resolved, unknown) > limits.whole_bytes && !unknown;
-  if (!reader || !is_large || reader->columns.id == TrackColumns::kNone || !has_clock_of_rows(*reader))
-    return std::nullopt;
+  if (!reader || !is_large || !reader->columns.id || !has_clock_of_rows(*reader)) return std::nullopt;
   return reader;
 }
 
