@@ -111,7 +111,8 @@ class LargeFile {
     part.rows.reserve(rows);
     for (std::size_t i = 0; i < needed.size(); ++i) {
       if (needed[i] == 0) continue;
-      for (Detection& row : rows_of_block(i).rows) {
+      Detections block = rows_of_block(i).value_or(Detections{});  // none if the file was cut since
+      for (Detection& row : block.rows) {
         if (wanted.contains(row.track)) part.rows.push_back(std::move(row));
       }
     }
@@ -121,24 +122,23 @@ class LargeFile {
   }
 
  private:
-  /// Nothing behind the last block.
-  Detections rows_of_block(std::size_t index) {
-    block_ = blocks_.read(index);
-    if (!block_ || trimmed(block_->text).empty()) return {name_, {}};
-    const TextTable table = table_of(name_, block_->text, block_->first_line);
+  /// Null behind the last block.
+  std::optional<Detections> rows_of_block(std::size_t index) {
+    const auto block = blocks_.read(index);
+    if (!block) return std::nullopt;
+    if (trimmed(block->text).empty()) return Detections{name_, {}};
+    const TextTable table = table_of(name_, block->text, block->first_line);
     return read_table(table, index == 0 ? reader_ : headless_, {}).detections;
   }
 
   void find_tracks() {
     std::unordered_map<std::string, std::size_t> index;
     dropped_.source = name_;
-    for (;; ++block_count_) {
-      const Detections rows = rows_of_block(block_count_);
-      if (!block_) break;
-      if (block_count_ == 0) dropped_.warnings = rows.warnings;
-      add(dropped_.dropped, rows.dropped);
-      for (const DroppedRows& entry : rows.dropped) dropped_.rows_read += entry.rows;
-      for (const Detection& row : rows.rows) {
+    for (; const auto block = rows_of_block(block_count_); ++block_count_) {
+      if (block_count_ == 0) dropped_.warnings = block->warnings;
+      add(dropped_.dropped, block->dropped);
+      for (const DroppedRows& entry : block->dropped) dropped_.rows_read += entry.rows;
+      for (const Detection& row : block->rows) {
         const auto [entry, is_new] = index.try_emplace(row.track, tracks_.size());
         if (is_new) tracks_.push_back({.id = row.track, .first_block = block_count_});
         TrackPlace& track = tracks_[entry->second];
@@ -157,18 +157,12 @@ class LargeFile {
   StreamLimits limits_;
   TableReader reader_, headless_;
   TextBlocks blocks_;
-  std::optional<TextBlock> block_;  ///< the rows that were read last point into it
   std::size_t block_count_ = 0;
   std::vector<TrackPlace> tracks_;
   std::size_t next_track_ = 0;
   bool reported_ = false;
   Detections dropped_;
 };
-
-/// Whether the seconds of a row follow from the row alone. An interval is the time of the commonest step of all.
-bool has_clock_of_rows(const TableReader& reader) {
-  return reader.columns.time || reader.options.frames_per_second;
-}
 
 /// How to read a file in parts; none if it must be read whole. Throws: FormatError if it is no track file.
 std::optional<TableReader> reader_in_parts(const SceneFile& source, const StreamLimits& limits) {
@@ -186,8 +180,9 @@ std::optional<TableReader> reader_in_parts(const SceneFile& source, const Stream
   auto reader = table_reader(table_of(source.resolved.string(), text), source.options);
   if (reader) require_metres(reader->columns.pixels, source);
   const bool is_large = std::filesystem::file_size(source.resolved, unknown) > limits.whole_bytes && !unknown;
-  if (!reader || !is_large || !reader->columns.id || !has_clock_of_rows(*reader)) return std::nullopt;
-  return reader;
+  if (!reader || !is_large || !reader->columns.id) return std::nullopt;
+  // With an interval the seconds of a row depend on the other rows.
+  return reader->columns.time || reader->options.frames_per_second ? reader : std::nullopt;
 }
 
 }  // namespace
