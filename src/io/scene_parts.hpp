@@ -10,7 +10,4 @@ namespace sila {
 Scene scene_of_json(const std::filesystem::path& path, const nlohmann::json& json,
                     const std::filesystem::path& data_dir);
 
-/// As read_camera, for the JSON of a camera. `where`: the path of the object inside the file, such as "camera.".
-CameraFile camera_of_json(const std::string& file, const nlohmann::json& json, const std::string& where);
-
 }  // namespace sila
