@@ -3,9 +3,8 @@
 #include <regex>
 
 #include "core/dropped_rows.hpp"
+#include "read_rows.hpp"
 #include "sila/core/errors.hpp"
-#include "table_reader.hpp"
-#include "text_file.hpp"
 
 // Recordings that are folders: one file for each track (VRU), or for each frame (DeepStream).
 namespace sila {

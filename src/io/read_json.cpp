@@ -4,8 +4,8 @@
 
 #include "core/dropped_rows.hpp"
 #include "json_file.hpp"
+#include "read_rows.hpp"
 #include "sila/core/errors.hpp"
-#include "table_reader.hpp"
 
 namespace sila {
 namespace {

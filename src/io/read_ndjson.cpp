@@ -1,5 +1,5 @@
 #include "json_file.hpp"
-#include "table_reader.hpp"
+#include "read_rows.hpp"
 
 namespace sila {
 namespace {

@@ -10,7 +10,6 @@
 #include "json_file.hpp"
 #include "scene_parts.hpp"
 #include "sila/core/errors.hpp"
-#include "text_file.hpp"
 
 namespace sila {
 namespace {

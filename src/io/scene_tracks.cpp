@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "core/dropped_rows.hpp"
+#include "read_rows.hpp"
 #include "sila/core/errors.hpp"
-#include "table_reader.hpp"
 
 namespace sila {
 namespace {

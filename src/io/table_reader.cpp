@@ -1,14 +1,11 @@
-#include "table_reader.hpp"
-
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <unordered_map>
 #include <utility>
 
+#include "read_rows.hpp"
 #include "sila/core/errors.hpp"
-#include "text_file.hpp"
 
 namespace sila {
 namespace {
@@ -163,26 +160,6 @@ double unix_unit(const TextTable& table, const TrackColumns& columns) {
   return 1.0;
 }
 
-/// The number of `digits` digits at an offset of a text; -1 for any other text.
-int digits_at(std::string_view text, std::size_t at, std::size_t digits) {
-  if (at + digits > text.size()) return -1;
-  int value = 0;
-  for (const char c : text.substr(at, digits)) {
-    if (c < '0' || c > '9') return -1;
-    value = 10 * value + (c - '0');
-  }
-  return value;
-}
-
-/// The seconds of an offset from UTC, `+02:00` or `+02`; 0 for none or Z; null for any other text.
-std::optional<double> offset_s(std::string_view text) {
-  if (text.empty() || text == "Z") return 0.0;
-  const int hours = digits_at(text, 1, 2);
-  const int minutes = text.size() == 3 ? 0 : digits_at(text, text.find(':') == 3 ? 4 : 3, 2);
-  if ((text[0] != '+' && text[0] != '-') || text.size() > 6 || hours < 0 || minutes < 0) return std::nullopt;
-  return (text[0] == '-' ? -60.0 : 60.0) * (60 * hours + minutes);
-}
-
 }  // namespace
 
 TrackFile in_metres(TrackFile file, const ReadOptions& options) {
@@ -222,24 +199,6 @@ TrackFile read_table(const TextTable& table, const TableReader& reader, const st
   }
   if (!columns.time) file = with_seconds(std::move(file), reader.options);
   return in_metres(std::move(file), reader.options);
-}
-
-std::optional<double> seconds_of_date(std::string_view text) {
-  if (text.size() < 19 || text[4] != '-' || text[7] != '-' || (text[10] != 'T' && text[10] != ' ') || text[13] != ':' ||
-      text[16] != ':')
-    return std::nullopt;
-  const int year = digits_at(text, 0, 4), month = digits_at(text, 5, 2), day = digits_at(text, 8, 2);
-  const int hour = digits_at(text, 11, 2), minute = digits_at(text, 14, 2), second = digits_at(text, 17, 2);
-  const std::chrono::year_month_day date(std::chrono::year(year), std::chrono::month(static_cast<unsigned>(month)),
-                                         std::chrono::day(static_cast<unsigned>(day)));
-  if (year < 0 || !date.ok() || hour < 0 || hour > 23 || minute < 0 || minute > 59 || second < 0 || second > 60)
-    return std::nullopt;
-  const std::size_t end = std::min(text.find_first_of("Z+-", 19), text.size());
-  const auto fraction_s = end == 19 ? std::optional(0.0) : number_of("0" + std::string(text.substr(19, end - 19)));
-  const auto offset = offset_s(text.substr(end));
-  if (!fraction_s || !offset || (end > 19 && text[19] != '.')) return std::nullopt;
-  const double days = static_cast<double>(std::chrono::sys_days(date).time_since_epoch().count());
-  return 86400.0 * days + 3600.0 * hour + 60.0 * minute + second - *offset + *fraction_s;
 }
 
 TrackFile with_seconds(TrackFile frames, const ReadOptions& options) {

@@ -6,9 +6,9 @@
 
 #include "core/concatenate.hpp"
 #include "core/dropped_rows.hpp"
+#include "read_rows.hpp"
 #include "sila/core/errors.hpp"
 #include "sila/io/files.hpp"
-#include "table_reader.hpp"
 
 namespace sila {
 namespace {
