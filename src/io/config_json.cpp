@@ -102,10 +102,8 @@ std::string kind_of(const Field& field) {
 void write_checked(const Field& field, const json& value) {
   if (value.is_string() && std::ranges::find(field.choices, text_of(value)) == field.choices.end())
     throw Rejection{field.path + " to be " + kind_of(field), excerpt(text_of(value))};
-  for (const Range& range : {field.range, field.storable}) {
-    if (value.is_number() && !inside(range, value.get<double>()))
-      throw Rejection{field.path + " in " + describe(range), text_of(value)};
-  }
+  if (value.is_number() && !inside(field.range, value.get<double>()))
+    throw Rejection{field.path + " in " + describe(field.range), text_of(value)};
   field.write(value);
 }
 
@@ -173,7 +171,7 @@ const char* choice_name(std::span<const char* const> names, std::size_t value) {
 
 void FieldCollector::add(const char* name, const char* text, std::function<json()> read,
                          std::function<void(const json&)> write) {
-  list_.push_back({prefix_ + name, "", text, {}, {}, {}, std::move(read), std::move(write)});
+  list_.push_back({prefix_ + name, "", text, {}, {}, std::move(read), std::move(write)});
 }
 
 std::string nearest_name(std::string_view name, std::span<const char* const> known) {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <functional>
-#include <limits>
 #include <span>
 #include <string>
 #include <type_traits>
@@ -20,8 +19,7 @@ struct Field {
   std::string path;  ///< dotted, as in fuse.similarity_threshold
   const char* unit;
   const char* text;
-  Range range;                                       ///< of numbers: the documented range
-  Range storable;                                    ///< of numbers: the range of the member's type
+  Range range;                                       ///< of numbers; it lies within that of the member's type
   std::span<const char* const> choices;              ///< of choices
   std::function<nlohmann::json()> read;              ///< of a choice its name; a number may be infinite
   std::function<void(const nlohmann::json&)> write;  ///< takes a value of the type that `read` gives, checked
@@ -37,17 +35,11 @@ class FieldCollector {
   template <class Number>
   void number(const char* name, Number& value, const Range& range, const char* unit, const char* text) {
     using Wide = std::conditional_t<std::is_integral_v<Number>, std::int64_t, double>;
-    Range storable;
-    if constexpr (std::is_integral_v<Number>) {
-      storable.min = static_cast<double>(std::numeric_limits<Number>::min());
-      storable.max = static_cast<double>(std::numeric_limits<Number>::max());
-    }
     add(
         name, text, [&value] { return nlohmann::json(static_cast<Wide>(value)); },
         [&value](const nlohmann::json& given) { value = static_cast<Number>(given.get<Wide>()); });
     list_.back().unit = unit;
     list_.back().range = range;
-    list_.back().storable = storable;
   }
   void flag(const char* name, bool& value, const char* text) {
     add(
