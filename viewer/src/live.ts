@@ -82,11 +82,10 @@ class LiveMap {
       if (this.visible.modes) for (const mode of [...(pedestrian.modes ?? [])].reverse()) {
         shapes.push(s("path", { class: "mode", d: this.map.path([here, ...pointsOf(mode.path)]), "stroke-width": (1 + 4.5 * mode.weight).toFixed(1), opacity: (0.2 + 0.8 * Math.sqrt(mode.weight)).toFixed(2) }));
       }
-      const [x, y] = this.map.project(here);
-      shapes.push(s("circle", { class: "person", cx: x, cy: y, r: 5, "data-id": pedestrian.id }, s("title", {}, pedestrian.modes ? `${pedestrian.name}, novelty ${percent(pedestrian.novelty ?? 0)}` : `${pedestrian.name}, not predicted yet`)));
+      const [x, y] = this.map.project(here);  // NaN where the camera of a picture does not see it
+      if (Number.isFinite(x)) shapes.push(s("circle", { class: "person", cx: x, cy: y, r: 5, "data-id": pedestrian.id }, s("title", {}, pedestrian.modes ? `${pedestrian.name}, novelty ${percent(pedestrian.novelty ?? 0)}` : `${pedestrian.name}, not predicted yet`)));
     }
-    // On a picture some are where the camera does not see them.
-    this.pedestrians.replaceChildren(...shapes.filter((shape) => !shape.outerHTML.includes("NaN")));
+    this.pedestrians.replaceChildren(...shapes);
   }
 }
 

@@ -57,6 +57,12 @@ export const messageTests: BrowserTest[] = [
     await page.locator(".primitive").nth(1).waitFor();
     assert.ok(await apart(page) < 0.2, "the given scene stays");
   })],
+  ["draws a pedestrian named NaN", (browser) => live(browser, async (page, connected) => {
+    const send = await connected(0);
+    send(hello(true));
+    send({ ...walker([5, 3]), pedestrians: walker([5, 3]).pedestrians.map((one) => ({ ...one, name: "NaN" })) });
+    await page.waitForSelector(".person");
+  })],
   ["names a live scene without a name", (browser) => live(browser, async (page, connected) => {
     (await connected(0))(hello(true));
     await page.waitForSelector("svg.place");
