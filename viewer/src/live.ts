@@ -182,6 +182,9 @@ class LivePage {
 const page = new LivePage();
 document.getElementById("app")!.replaceChildren(page.element);
 
+/** The service sends five messages a second; without any for this time the connection is lost, which a browser may not notice. */
+const silence_s = 10;
+
 /** Connects, and again after increasing times when the connection closes. */
 function connect(wait_s: number): void {
   const address = new URL("live", location.href);
@@ -189,8 +192,11 @@ function connect(wait_s: number): void {
   address.search = location.search;
   const socket = new WebSocket(address);
   let [next, shown] = [wait_s, Promise.resolve()];  // one message after another: a picture takes a while
+  let silence: number | undefined;
   socket.onmessage = (event) => {
     next = 1;
+    clearTimeout(silence);
+    silence = window.setTimeout(() => socket.close(), silence_s * 1000);
     shown = shown.then(() => page.take(JSON.parse(String(event.data)) as Message)).catch((error: unknown) => page.connection(`This page cannot be shown: ${String(error)}`));
   };
   socket.onclose = () => {

@@ -69,6 +69,12 @@ export const messageTests: BrowserTest[] = [
     assert.equal(await text(page, "h1"), "A scene without a name");
     assert.equal(await page.title(), "sila live: a scene without a name");
   })],
+  ["connects again when the service is silent", (browser) => live(browser, async (page, connected) => {
+    (await connected(0))(hello(true));
+    await page.waitForTimeout(10_000);
+    (await connected(1))({ ...hello(true), sila: "1" });
+    await page.waitForFunction(() => document.querySelector("#state")?.textContent === "connected to sila 1");
+  })],
   ["counts anew and keeps its check boxes when the service restarts", (browser) => live(browser, async (page, connected, close) => {
     const send = await connected(0);
     send(hello(true));
