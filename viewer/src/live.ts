@@ -163,8 +163,10 @@ class LivePage {
       this.seen = { predictions: metrics.predictions, at: now };
     }
     this.seen ??= { predictions: metrics.predictions, at: now };
-    this.alarm.hidden = !metrics.drift.alarm && metrics.last_error === "";
-    this.alarm.textContent = metrics.drift.alarm ? `Drift: the error of the last pedestrians is ${number(metrics.drift.error_m)} m, before it was ${number(metrics.drift.reference_m)} ± ${number(metrics.drift.half_width_m)} m.` : metrics.last_error === "" ? "" : `An episode failed: ${metrics.last_error}`;
+    const { alarm, error_m, reference_m, half_width_m } = metrics.drift;
+    const alarms = [alarm && `Drift: the error of the last pedestrians is ${number(error_m)} m, that of earlier ones ${number(reference_m)} ± ${number(half_width_m)} m.`, metrics.last_error && `An episode failed: ${metrics.last_error}`].filter(Boolean).join(" ");
+    if (this.alarm.textContent !== alarms) this.alarm.textContent = alarms;  // a screen reader reads each change
+    this.alarm.hidden = alarms === "";
     const share = (value: number | undefined): string => value === undefined || value < 0 ? "–" : percent(value, 1);
     this.table.replaceChildren(...metrics.moving.map((horizon, i) => h("tr", {}, h("th", { scope: "row" }, `${count(metrics.horizons_s[i]!)} s`), h("td", {}, count(horizon.windows)), h("td", {}, `${number(horizon.mhd_m)} m`), h("td", {}, `${number(horizon.constant_mhd_m)} m`),
       h("td", {}, share(metrics.coverage[i]?.[fifty])), h("td", {}, share(metrics.coverage[i]?.[ninety])))));

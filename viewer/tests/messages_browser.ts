@@ -69,6 +69,20 @@ export const messageTests: BrowserTest[] = [
     assert.equal(await text(page, "h1"), "A scene without a name");
     assert.equal(await page.title(), "sila live: a scene without a name");
   })],
+  ["shows an alarm and an error together, each change once", (browser) => live(browser, async (page, connected) => {
+    const send = await connected(0);
+    const alarming = { ...metrics(5), drift: { known: true, alarm: true, error_m: 1.5, reference_m: 0.8, half_width_m: 0.2 }, last_error: "disk full" };
+    send(alarming);
+    const alarm = page.locator("#alarm");
+    await alarm.waitFor();
+    assert.match(await alarm.innerText(), /^Drift: .* 1\.50 m, .* 0\.80 ± 0\.20 m\. An episode failed: disk full$/);
+    const spoken = await alarm.evaluateHandle((element) => element.firstChild);
+    send({ ...alarming, predictions: 6 });
+    await page.waitForFunction(() => /6 predictions/.test(document.querySelector("#counters")!.textContent!));
+    assert.ok(await alarm.evaluate((element, text) => element.firstChild === text, spoken), "the text is not set again");
+    send(metrics(7));
+    await alarm.waitFor({ state: "hidden" });
+  })],
   ["connects again when the service is silent", (browser) => live(browser, async (page, connected) => {
     (await connected(0))(hello(true));
     await page.waitForTimeout(10_000);
