@@ -100,6 +100,7 @@ class LivePage {
   /** By the check boxes; a new connection does not change them. */
   private readonly visible = { primitives: true, modes: true };
   private readonly place = h("div", { id: "map" }, h("p", { class: "quiet" }, "Waiting for the service …"));
+  private readonly undrawn = h("p", { class: "quiet", id: "undrawn" });
   private readonly title = h("h1", {}, "Live");
   private readonly state = h("p", { class: "state", id: "state", role: "status" }, "connecting");
   private readonly alarm = h("p", { class: "alarm", id: "alarm", role: "alert", hidden: true });
@@ -120,7 +121,7 @@ class LivePage {
     this.element = h("div", {},
       h("header", {}, h("div", { class: "top" }, h("div", {}, h("p", { class: "brand" }, "sila · live"), this.title), themeButton()), this.state, this.alarm, h("ul", { class: "tiles" }, ...Object.values(this.tiles).map((t) => t.element))),
       h("main", { id: "main" },
-        h("section", { id: "now" }, h("h2", {}, "Now"), this.place, h("div", { class: "controls legend" }, check("primitives, highlighted where they are predicted", "primitives"), check("predicted paths, by weight", "modes"))),
+        h("section", { id: "now" }, h("h2", {}, "Now"), this.place, h("div", { class: "controls legend" }, check("primitives, highlighted where they are predicted", "primitives"), check("predicted paths, by weight", "modes")), this.undrawn),
         h("section", { id: "learning" }, h("h2", {}, "While it learns"), legend([{ name: "sila", colour: ours }, { name: "constant velocity", colour: constant, dash: true }]), h("div", { class: "charts" }, this.errors.element, this.growth.element), this.expectation),
         h("section", { id: "scores" }, h("h2", {}, "Recent errors and coverage"), h("div", { class: "scroll" }, h("table", { class: "numbers" }, thead("horizon", "windows", "sila", "constant velocity", "coverage of 50 %", "of 90 %"), this.table)), this.counters)));
   }
@@ -141,8 +142,11 @@ class LivePage {
       this.place.replaceChildren(this.live.map.element);
       this.connection(`connected to sila ${message.sila}`);
     } else if (message.kind === "model") this.live?.learnt(message.model, message.scene);
-    else if (message.kind === "frame") this.live?.show(message);
-    else this.showMetrics(message);
+    else if (message.kind === "frame") {
+      this.live?.show(message);
+      const drawn = message.pedestrians.length;
+      this.undrawn.textContent = drawn < message.count ? `${count(drawn)} of ${count(message.count)} pedestrians are drawn.` : "";
+    } else this.showMetrics(message);
   }
 
   private showMetrics(metrics: Metrics): void {

@@ -9,6 +9,7 @@ export interface HorizonError { windows: number; mhd_m: number; constant_mhd_m: 
 export interface Hello { kind: "hello"; sila: string; scene: Scene; model: ModelData; picture?: string; camera?: Homography }
 /** `scene`: that of the model, once it has learnt. */
 export interface ModelMessage { kind: "model"; model: ModelData; scene?: Scene }
+/** `count`: of all pedestrians; the service sends some of them. */
 export interface Frame { kind: "frame"; count: number; pedestrians: LivePedestrian[] }
 export interface Metrics {
   kind: "metrics";

@@ -57,11 +57,14 @@ export const messageTests: BrowserTest[] = [
     await page.locator(".primitive").nth(1).waitFor();
     assert.ok(await apart(page) < 0.2, "the given scene stays");
   })],
-  ["draws a pedestrian named NaN", (browser) => live(browser, async (page, connected) => {
+  ["draws a pedestrian named NaN, and says if not all are drawn", (browser) => live(browser, async (page, connected) => {
     const send = await connected(0);
     send(hello(true));
     send({ ...walker([5, 3]), pedestrians: walker([5, 3]).pedestrians.map((one) => ({ ...one, name: "NaN" })) });
     await page.waitForSelector(".person");
+    assert.equal(await text(page, "#undrawn"), "");
+    send({ ...walker([5, 3]), count: 1234 });
+    await page.waitForFunction(() => document.querySelector("#undrawn")!.textContent === "1 of 1,234 pedestrians are drawn.");
   })],
   ["names a live scene without a name", (browser) => live(browser, async (page, connected) => {
     (await connected(0))(hello(true));
