@@ -65,6 +65,7 @@ class Editor {
     const origins = this.corners.map((corner) => corner.origin);
     const all = backdrop ? { x0: 0, y0: 0, x1: backdrop.width, y1: backdrop.height } : boundsOf([...ground, ...origins], 3, 0.01, origins);
     this.map = new PlaceMap(this.scene, undefined, [], all, "Map of the tracks and the corner", backdrop);
+    this.map.svg.setAttribute("role", "group");  // screen readers skip what is in an image
     this.map.show("axes", false);
     this.map.top.append(this.tracks, this.curbs, this.arrows, this.ofCorner, this.ofCamera);
     this.map.onDraw(() => this.draw());

@@ -37,6 +37,7 @@ class TryIt {
     this.trail = begin;
     const [x, y] = begin.at(-1)!;
     this.map = new PlaceMap(scene, undefined, data.drawn_tracks ?? [], boundsOf([[x - 11, y - 11], [x + 11, y + 11]], 0, 0), "Map with a pedestrian to drag");
+    this.map.svg.setAttribute("role", "group");  // screen readers skip what is in an image
     this.map.show("axes", false);
     this.map.top.append(this.drawn, this.handle);
     this.map.onDraw(() => this.draw());

@@ -30,7 +30,7 @@ export const value = (page: Page, selector: string): Promise<number> => page.loc
 export const text = (page: Page, selector: string): Promise<string> => page.locator(selector).innerText();
 export const picture = (page: Page, name: string, fullPage = false): Promise<Buffer> => page.screenshot({ path: join(pictures, `${name}.png`), fullPage });
 
-/** Everything that can be used and has no name. */
-export const nameless = (page: Page): Promise<string[]> => page.$$eval("button, select, input, textarea, a", (all) => all.filter((e) => !e.closest("[aria-hidden=true]") && !(e.textContent?.trim() || e.getAttribute("aria-label") || (e as HTMLInputElement).labels?.length)).map((e) => e.outerHTML));
+/** Everything that can be used and that a screen reader does not find: without a name, or within an image. */
+export const nameless = (page: Page): Promise<string[]> => page.$$eval("button, select, input, textarea, a, [role=button]", (all) => all.filter((e) => e.closest("[role=img]") || !e.closest("[aria-hidden=true]") && !(e.textContent?.trim() || e.getAttribute("aria-label") || (e as HTMLInputElement).labels?.length)).map((e) => e.outerHTML));
 
 export type BrowserTest = [string, (browser: Browser) => Promise<void>];
