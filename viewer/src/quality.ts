@@ -149,9 +149,12 @@ function calibrationFigure(data: ReportData): HTMLElement {
   const figureElement = figure("Calibration: share of outcomes that the nominal regions covered", "Reliability diagram", (width) => plot({ ...common(width),
     x: { label: "nominal [%]", domain: [0, 1], ...percents }, y: { label: null, domain: [0, 1], grid: true, ...percents },
     marks: [areaY(band, { x: "p", y1: "low", y2: "high", fill: "currentColor", fillOpacity: 0.08 }), line([[0, 0], [1, 1]], { stroke: "currentColor", strokeOpacity: 0.5, strokeDasharray: "2 3" }),
-      ...shown.map((d, i) => line([[0, 0], ...d.nominal.map((p, k) => [p, d.observed[k]!] as [number, number]), [1, 1]] as [number, number][], { stroke: colours[i]!, strokeWidth: 2.2 }))] }),
+      ...shown.flatMap((d, i) => {
+        const points = d.nominal.map((p, k): [number, number] => [p, d.observed[k]!]);
+        return [line([[0, 0], ...points, [1, 1]], { stroke: colours[i]!, strokeWidth: 2.2 }), dot(points, { fill: colours[i]!, r: 4, symbol: markOf(i)[0] })];
+      })] }),
     `Below the diagonal the regions are too small. In the grey band ${plural(n, "pedestrian")} cannot tell from perfect.`);
-  figureElement.append(legend(shown.map((d, i) => ({ name: `${count(d.horizon_s)} s ahead`, colour: colours[i]! }))));
+  figureElement.append(legend(shown.map((d, i) => ({ name: `${count(d.horizon_s)} s ahead`, colour: colours[i]!, mark: markOf(i)[1] }))));
   return figureElement;
 }
 

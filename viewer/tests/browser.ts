@@ -52,6 +52,7 @@ const tests: BrowserTest[] = [
     assert.ok(await page.locator(".tracks").first().getAttribute("d"));
     for (const layer of [".grid", ".axis", ".walk", ".curb"]) assert.ok(await page.locator(`#learnt ${layer}`).count() > 0, layer);
     assert.ok(await page.locator("#accuracy .chart svg").count() >= 2);
+    assert.deepEqual(await page.locator("#accuracy .mark").allTextContents(), ["●", "■", "▲"], "not colours alone");
     assert.match(await text(page, "#accuracy .lead"), /50 % region held \d+ %/);
     assert.match(await text(page, "#learning"), /with \d+ more expect 0\.\d+/);
     assert.ok(await page.locator("#reliability tbody tr").count() >= 10);  // start, stop, and where, each at several horizons
