@@ -45,6 +45,18 @@ export const changedTests: BrowserTest[] = [
       assert.deepEqual(await page.$$eval("section select", (all) => all.filter((list) => list.getBoundingClientRect().right > list.closest("section")!.getBoundingClientRect().right).map((list) => list.outerHTML)), [], "lists stay in their sections");
     });
   }],
+  ["fits a phone with hundreds of episodes", async (browser) => {
+    const file = await changed<ReportData>(modelReport, "episodes.html", ({ model, episodes }) => {
+      const n = model!.primitives.length;
+      const change = { before: n, after: n, gone: [], added: [], fused: [], split: [], incoming_split: 0, transitions: [], transitions_gone: [] };
+      for (let i = 0; i < 800; ++i) episodes!.push({ ...episodes!.at(-1)!, number: episodes!.length + 1, statistics: { change } });
+    });
+    await visiting(browser, file, { width: 390, height: 844 }, async (page) => {
+      assert.ok(await page.locator(".strip button").count() > 800);
+      const inner = await page.evaluate(() => document.documentElement.scrollWidth);
+      assert.ok(inner <= 390, `${inner} px on a screen of 390 px`);
+    });
+  }],
   ["shows a corner that is far from the tracks", async (browser) => {
     const file = await changed<EditorData>(editor, "far.html", (data) => { Object.assign(data.file, { origin_uncertainty_m: 0.5 }).corners[0]!.origin = [150, -90]; });
     await visiting(browser, file, {}, async (page) => {
