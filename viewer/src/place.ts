@@ -120,9 +120,7 @@ export class PlaceMap {
   /** Shows another part of the place. */
   frame(bounds: Bounds): void {
     this.bounds = this.drawnBounds(bounds);
-    this.transform = zoomIdentity;
-    this.fit();
-    this.draw();
+    this.fit();  // which draws
   }
 
   pixelsPerMetre(): number {
