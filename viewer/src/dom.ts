@@ -27,6 +27,8 @@ export const number = (value: number, digits = 2): string => value.toLocaleStrin
 export const count = (value: number): string => value.toLocaleString("en", { maximumFractionDigits: 1 });
 export const percent = (share: number, digits = 0): string => `${number(100 * share, digits)} %`;
 export const plural = (n: number, one: string, many = one + "s"): string => `${count(n)} ${n === 1 ? one : many}`;
+/** An error as a share of that of constant velocity, in words. */
+export const besideConstant = (error_m: number, constant_m: number): string => `${percent(Math.abs(1 - error_m / constant_m))} ${error_m <= constant_m ? "less" : "more"} than constant velocity`;
 
 /** Shows what `open` makes of the data of the page, or why `what` cannot be shown. */
 export function start(what: string, open: (data: string) => Promise<HTMLElement[]>): void {

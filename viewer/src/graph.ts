@@ -2,7 +2,7 @@
 import { forceCollide, forceLink, forceSimulation, forceX, forceY, type SimulationNodeDatum } from "d3-force";
 import type { Transition } from "./data";
 import type { Point } from "./geometry";
-import { count, h, s } from "./dom";
+import { count, h, plural, s } from "./dom";
 
 export interface GraphNode {
   index: number;
@@ -95,7 +95,7 @@ export class PrimitiveGraph {
     const lit = this.selected === undefined || this.selected === from || this.selected === to;
     const width = 0.6 + 4.5 * Math.sqrt(n / most);
     const node = this.nodes[from]!;
-    const title = s("title", {}, `${from} → ${to}: ${count(n)} ${n === 1 ? "track" : "tracks"}`);
+    const title = s("title", {}, `${from} → ${to}: ${plural(n, "track")}`);
     const style = { class: lit ? "edge" : "edge off", stroke: node.colour, "stroke-width": width.toFixed(2), fill: "none",
                     opacity: !lit ? 0.06 : this.selected === undefined ? (0.16 + 0.6 * Math.sqrt(n / most)).toFixed(2) : 0.9 };
     if (from === to) {

@@ -11,7 +11,7 @@ const signs: Record<Fate, string> = { kept: "", added: "+", fused: "∪", part: 
 
 export function learntSection(data: ReportData): HTMLElement | undefined {
   const { model, scene } = data;
-  const corner = scene?.corners[scene.primary ?? 0] ?? scene?.corners[0];
+  const corner = scene?.corners[scene.primary];
   if (!model || !scene || !corner) return undefined;
   const whole = stagesOf(model, data.episodes ?? []);
   const stages = whole ?? [onlyStage(model)];

@@ -2,7 +2,7 @@
 import { gridY, lineY, plot, ruleY } from "@observablehq/plot";
 import type { ModelData, Scene } from "./data";
 import { common, legend, redrawable } from "./charts";
-import { count, h, number, percent, plural, s, thead, toggle } from "./dom";
+import { besideConstant, count, h, number, percent, plural, s, thead, toggle } from "./dom";
 import { pointsOf } from "./geometry";
 import { appended, grown, lit, momentOf, type Frame, type Message, type Metrics, type Moment } from "./live_data";
 import { methodColour } from "./palette";
@@ -24,7 +24,7 @@ class LiveMap {
   private box: Bounds | undefined;
 
   constructor(private readonly scene: Scene, model: ModelData, private readonly visible: { primitives: boolean; modes: boolean }, backdrop?: Backdrop) {
-    const corner = scene.corners[scene.primary ?? 0]!;
+    const corner = scene.corners[scene.primary]!;
     const [x, y] = corner.origin;
     this.map = new PlaceMap(scene, model.grid, [], { x0: x - 15, y0: y - 15, x1: x + 15, y1: y + 15 }, "Map of the scene now", backdrop);
     this.map.show("grid", false);
@@ -37,7 +37,7 @@ class LiveMap {
   learnt(model: ModelData, scene?: Scene): void {
     // Without a scene file the service has no corner before the first episode. The map draws the same object.
     if (scene && !this.scene.known) Object.assign(this.scene, scene);
-    const corner = this.scene.corners[this.scene.primary ?? 0]!;
+    const corner = this.scene.corners[this.scene.primary]!;
     this.shapes = model.primitives.map((primitive, i) => shapeOf(primitive.cells, corner, model.grid, i));
     this.drawn.length = 0;
     this.drawn.push(...this.shapes.map((shape, i) => s("path", { class: "primitive", stroke: shape.colour, "data-primitive": i })));
@@ -153,10 +153,7 @@ class LivePage {
     const now = (performance.now() - this.began) / 1000;
     const moment = momentOf(metrics, now / 60);
     this.tiles.pedestrians.set(count(metrics.pedestrians), metrics.rejected > 0 ? `${count(metrics.rejected)} lines rejected so far` : "no line rejected");
-    if (moment) {
-      const gain = 1 - moment.mhd_m / moment.constant_mhd_m;
-      this.tiles.error.set(`${number(moment.mhd_m)} m`, `${count(metrics.horizons_s.at(-1)!)} s horizon; ${gain >= 0 ? percent(gain) + " less" : percent(-gain) + " more"} than constant velocity`);
-    }
+    if (moment) this.tiles.error.set(`${number(moment.mhd_m)} m`, `${count(metrics.horizons_s.at(-1)!)} s horizon; ${besideConstant(moment.mhd_m, moment.constant_mhd_m)}`);
     const ninety = metrics.nominal.findIndex((p) => Math.abs(p - 0.9) < 1e-9);
     const fifty = metrics.nominal.findIndex((p) => Math.abs(p - 0.5) < 1e-9);
     const coverage = metrics.coverage.at(-1)?.[ninety] ?? -1;

@@ -1,6 +1,7 @@
 // The messages of the live page, one JSON object each. Lengths are metres in the world frame.
 import type { Homography } from "./camera";
 import type { ModelData, Scene } from "./data";
+import type { Bounds } from "./place";
 
 export interface LiveMode { weight: number; path: number[]; primitives: number[] }
 export interface LivePedestrian { id: string; name: string; trail: number[]; novelty?: number; fallback?: boolean; modes?: LiveMode[] }
@@ -61,7 +62,7 @@ export function lit(pedestrians: readonly LivePedestrian[]): Map<number, number>
 }
 
 /** Bounds of trails. They only grow, with a margin, so that the map rarely moves. */
-export function grown(box: { x0: number; y0: number; x1: number; y1: number } | undefined, seen: readonly { trail: readonly number[] }[], margin: number): { x0: number; y0: number; x1: number; y1: number } | undefined {
+export function grown(box: Bounds | undefined, seen: readonly { trail: readonly number[] }[], margin: number): Bounds | undefined {
   let next = box;
   for (const { trail } of seen) {
     for (let i = 0; i + 1 < trail.length; i += 2) {

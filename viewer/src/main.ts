@@ -1,6 +1,6 @@
 // Puts the report together.
 import { readData, type ReportData } from "./data";
-import { count, h, number, percent, plural, start } from "./dom";
+import { besideConstant, count, h, number, percent, plural, start } from "./dom";
 import { learntSection } from "./learnt";
 import { backdropOf, type Backdrop } from "./place";
 import { playerSection } from "./player";
@@ -14,8 +14,7 @@ function tiles(data: ReportData): HTMLElement {
   const moving = data.evaluation?.groups["moving"];
   if (moving && moving.windows > 0) {
     const { horizon_s, model, constant_velocity } = moving.horizons.at(-1)!;
-    const gain = 1 - model.weighted_mhd_m / constant_velocity.weighted_mhd_m;
-    list.push([`${number(model.weighted_mhd_m)} m`, `weighted MHD of moving pedestrians, ${count(horizon_s)} s ahead`, `${gain >= 0 ? percent(gain) + " less" : percent(-gain) + " more"} than constant velocity`]);
+    list.push([`${number(model.weighted_mhd_m)} m`, `weighted MHD of moving pedestrians, ${count(horizon_s)} s ahead`, besideConstant(model.weighted_mhd_m, constant_velocity.weighted_mhd_m)]);
   }
   const regions = data.calibration?.at(-1);
   const ninety = regions?.nominal.findIndex((p) => Math.abs(p - 0.9) < 1e-9) ?? -1;

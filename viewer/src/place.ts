@@ -228,7 +228,7 @@ export class PlaceMap {
   }
 
   private gridLines(): SVGElement[] {
-    const corner = this.scene.corners[this.scene.primary ?? 0];
+    const corner = this.scene.corners[this.scene.primary];
     const grid = this.grid;
     if (!corner || !grid || this.backdrop) return [];
     const [w, t] = [this.width, this.height];
@@ -251,7 +251,7 @@ export class PlaceMap {
   }
 
   private axes(): SVGElement[] {
-    const primary = this.scene.corners[this.scene.primary ?? 0];
+    const primary = this.scene.corners[this.scene.primary];
     if (!primary || this.backdrop) return [];
     const corner = alongCurbs(primary);
     const length = 0.28 * Math.min(this.bounds.x1 - this.bounds.x0, this.bounds.y1 - this.bounds.y0);

@@ -98,7 +98,7 @@ export function accuracySection(data: ReportData): HTMLElement | undefined {
   if (!evaluation) return undefined;
   const names = Object.keys(evaluation.groups).filter((name) => (evaluation.groups[name]?.windows ?? 0) > 0);
   const charts = h("div", { class: "charts" });
-  const group = evaluation.groups["moving"] ?? evaluation.groups["all"];
+  const group = evaluation.groups["moving"];
   if (group && group.windows > 0) {
     charts.append(figure("Weighted MHD of moving pedestrians [m], by how far ahead", "Errors of sila and constant velocity by horizon", (width) => plot({ ...common(width),
       x: { label: "seconds ahead", ticks: group.horizons.map((x) => x.horizon_s), tickFormat: count }, y: { label: null, grid: true, zero: true },

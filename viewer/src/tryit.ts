@@ -33,7 +33,7 @@ class TryIt {
   private readonly readout = h("p", { class: "readout", id: "try-readout" });
 
   constructor(data: ReportData, scene: Scene, private readonly predictor: Predictor) {
-    const begin = firstTrail(data, scene.corners[scene.primary ?? 0]!);
+    const begin = firstTrail(data, scene.corners[scene.primary]!);
     this.trail = begin;
     const [x, y] = begin.at(-1)!;
     this.map = new PlaceMap(scene, undefined, data.drawn_tracks ?? [], boundsOf([[x - 11, y - 11], [x + 11, y + 11]], 0, 0), "Map with a pedestrian to drag");
