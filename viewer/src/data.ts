@@ -173,7 +173,7 @@ export interface EditorData {
   file: SceneFile;
   /** Under which name. */
   file_name: string;
-  /** How the corner came about. */
+  /** Where the corner comes from. */
   proposal: string;
   tracks: number[][];
   /** Metres on the ground, or pixels of the picture. */

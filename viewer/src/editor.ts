@@ -198,9 +198,9 @@ class Editor {
     this.map.svg.addEventListener("click", (event) => { if (this.adding && !(event.target as Element).closest(".handle")) addAt(this.pointer(event)); });
     this.map.svg.addEventListener("keydown", (event) => { if (this.adding && event.key === "Enter") addAt([this.map.size[0] / 2, this.map.size[1] / 2]); });
     this.listPoints();
-    return h("section", { id: "camera" }, h("h2", {}, "Camera"), h("p", { class: "lead" }, "Four or more points that you know in the picture and on the ground, such as corners of markings, make metres of pixels. Add a point, click on the picture (or press Enter for its middle) and type where it is, in metres along axes of your choice: of a rectangle of 8 m by 21 m the points are 0, 0; 8, 0; 8, 21 and 0, 21. No three may lie on a line; points far apart are best, and a fifth one shows how well they agree."),
+    return h("section", { id: "camera" }, h("h2", {}, "Camera"), h("p", { class: "lead" }, "Four or more points that you know in the picture and on the ground, such as corners of markings, convert pixels to metres. Add a point, click on the picture (or press Enter for its middle) and type where it is, in metres along axes of your choice: of a rectangle of 8 m by 21 m the points are 0, 0; 8, 0; 8, 21 and 0, 21. No three may lie on a line; points far apart are best, and a fifth one shows how well they agree."),
       h("div", { class: "controls" }, this.addButton), h("div", { class: "scroll" }, h("table", { class: "numbers" }, thead("point", "u [pixels]", "v [pixels]", "x [m]", "y [m]", "off by", ""), this.points)),
-      h("p", { class: "lead" }, "If you know no places, measure the distances between the points and type them here: point 1 becomes 0, 0, and point 2 lies on the x axis. Four points need five distances; a sixth one shows how well they agree."), this.lengths, this.lengthState, this.cameraState);
+      h("p", { class: "lead" }, "If you do not know positions on the ground, measure the distances between the points and type them here: point 1 becomes 0, 0, and point 2 lies on the x axis. Four points need five distances; a sixth one shows how well they agree."), this.lengths, this.lengthState, this.cameraState);
   }
 
   private setAdding(on: boolean): void {
@@ -275,7 +275,7 @@ class Editor {
     if (camera && this.follows) this.propose(camera);
     this.scene.corners = this.corners.map(drawnCorner);
     this.points.querySelectorAll(".residual").forEach((cell, i) => { const k = complete.indexOf(this.pairs[i]!); cell.textContent = typeof fit === "string" || k < 0 ? "–" : `${number(fit.residuals_m[k]!)} m`; });
-    this.cameraState.textContent = typeof fit !== "string" ? `The camera fits ${plural(complete.length, "point")}${complete.length === 4 ? " exactly, as every four; a fifth would show an error" : ` within ${number(Math.max(...fit.residuals_m))} m`}.` : `${this.data.camera ? "The camera of the file is used until four points replace it" : "There is no camera yet"}: ${fit}.`;
+    this.cameraState.textContent = typeof fit !== "string" ? `The camera fits ${plural(complete.length, "point")}${complete.length === 4 ? " exactly, as any four do; a fifth would show an error" : ` within ${number(Math.max(...fit.residuals_m))} m`}.` : `${this.data.camera ? "The camera of the file is used until four points replace it" : "There is no camera yet"}: ${fit}.`;
     for (const one of this.fields) one.set();
     const mirrored = this.corner && (sine(this.corner) > 0) !== (this.scene.y_axis === "up");
     const hidden = this.backdrop && !camera;

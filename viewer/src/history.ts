@@ -67,7 +67,7 @@ export function step(previous: Stage, change: Change, episode: number, freshKey:
            split: change.split.length + change.incoming_split, gone: lost };
 }
 
-/** A stage for each episode, or undefined if the file does not have the whole story of this model. */
+/** A stage for each episode, or undefined if the file does not have all changes of this model. */
 export function stagesOf(model: ModelData, episodes: readonly EpisodeData[]): Stage[] | undefined {
   let key = 0;
   let stage: Stage = { episode: 0, primitives: [], transitions: [], added: 0, fused: 0, split: 0, gone: [] };
@@ -83,7 +83,7 @@ export function stagesOf(model: ModelData, episodes: readonly EpisodeData[]): St
   return stages.length > 0 && same ? stages : undefined;
 }
 
-/** The model alone, when nothing is known of how it came about. */
+/** The model alone, when its changes are not known. */
 export function onlyStage(model: ModelData): Stage {
   return { episode: model.episodes, transitions: model.transitions, added: 0, fused: 0, split: 0, gone: [],
            primitives: model.primitives.map(({ cells }, key) => ({ key, cells, fate: "kept" })) };

@@ -113,7 +113,7 @@ export function learntSection(data: ReportData): HTMLElement | undefined {
   const layers = h("div", { class: "controls" }, h("label", { class: "choice" }, h("span", {}, "Show"), picker),
     toggle("tracks", true, (on) => map.show("tracks", on)), toggle("grid", true, (on) => map.show("grid", on)), toggle("curb axes", true, (on) => map.show("axes", on)));
   const section = h("section", { id: "learnt" }, h("h2", {}, "What was learnt"),
-    h("p", { class: "lead" }, "Each colour is a motion primitive: a piece of how people walk here. An arrow is one cell of the grid; the colour is the direction. ",
+    h("p", { class: "lead" }, "A motion primitive is a pattern of motion that many tracks share. Its arrows, one in each cell of the grid, have the colour of its mean direction. ",
       scene.known ? "" : "No scene was given: the model is drawn at a right-angled corner."),
     layers, h("div", { class: "two" }, h("div", {}, map.element, whole ? episodeBar(stages, data.episodes ?? [], (n, marked) => show(n, marked)) : noStory(data)),
       h("div", {}, h("h3", {}, "Who follows whom"), graph.element, card)));
@@ -123,7 +123,7 @@ export function learntSection(data: ReportData): HTMLElement | undefined {
 
 function noStory(data: ReportData): HTMLElement {
   const some = (data.episodes ?? []).length;
-  return h("p", { class: "quiet" }, some > 0 ? "The model file does not have the whole story of its episodes, so only the last state is shown." : "The model file has no episodes on record.");
+  return h("p", { class: "quiet" }, some > 0 ? "The model file does not have the changes of all its episodes, so only the present model is shown." : "The model file has no record of its episodes.");
 }
 
 /** The slider over the episodes, with what each one did. */

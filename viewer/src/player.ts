@@ -5,7 +5,7 @@ import { between, ellipseOf, ellipseOutline, pointAt, pointsOf, positionAt, type
 import { boundsOf, PlaceMap, type Backdrop, type Bounds } from "./place";
 import { currentPrediction, errorsAt, mostTelling, type Renew } from "./predicted";
 
-/** On a narrower map [pixels] only the prediction on show is framed, not all of a person's way. */
+/** On a narrower map [pixels] only the shown prediction is framed, not the whole path of a person. */
 const narrow = 560;
 
 /** The part of the place where a person and these predictions are, `least` metres at least. */
@@ -125,7 +125,7 @@ export function playerSection(data: ReportData, backdrop?: Backdrop): PlayerSect
         const [x, y] = map.project(positionAt(times, [...start, ...mode.path], ahead));
         shapes.push(s("circle", { class: "mode-now", cx: x, cy: y, r: 3 + 2.5 * mode.weight, opacity: strength.toFixed(2) }));
         if (mode.weight >= 0.03 && whole.length > 1) {
-          // Beyond the end of the way, in its direction.
+          // Beyond the end of the path, in its direction.
           const [[ax, ay], [bx, by]] = [map.project(whole[whole.length - 2]!), map.project(whole.at(-1)!)];
           const angle = Math.atan2(by - ay, bx - ax);
           const [x, y] = [bx + 26 * Math.cos(angle), by + 16 * Math.sin(angle)];
@@ -159,13 +159,13 @@ export function playerSection(data: ReportData, backdrop?: Backdrop): PlayerSect
 
   function tell(prediction: Prediction | undefined, ahead: number): void {
     if (!prediction) {
-      readout.replaceChildren(`Watching for ${number(now - (person.t[0] ?? 0), 1)} s; the first prediction comes at ${number(person.predictions[0]!.t0 - (person.t[0] ?? 0), 1)} s.`);
+      readout.replaceChildren(`Observed for ${number(now - (person.t[0] ?? 0), 1)} s; the first prediction is at ${number(person.predictions[0]!.t0 - (person.t[0] ?? 0), 1)} s.`);
       return;
     }
     const errors = errorsAt(prediction, ahead);
     const modes = prediction.modes.map((mode) => percent(mode.weight)).slice(0, 4).join(", ");
-    readout.replaceChildren(h("strong", {}, `${number(ahead, 1)} s ahead`), ` · most likely way off by `, h("strong", {}, `${number(errors.model)} m`), `, constant velocity by ${number(errors.constant)} m · ${plural(prediction.modes.length, "way")}: ${modes}`,
-      prediction.fallback ? " · no track had walked here: kinematics alone" : "", ` · over all ${number(prediction.t.at(-1) ?? 0, 1)} s: weighted MHD ${number(prediction.mhd_m)} m (constant velocity ${number(prediction.constant_mhd_m)} m)`);
+    readout.replaceChildren(h("strong", {}, `${number(ahead, 1)} s ahead`), ` · most likely mode off by `, h("strong", {}, `${number(errors.model)} m`), `, constant velocity by ${number(errors.constant)} m · ${plural(prediction.modes.length, "mode")}: ${modes}`,
+      prediction.fallback ? " · no learnt track is near: kinematics alone" : "", ` · over all ${number(prediction.t.at(-1) ?? 0, 1)} s: weighted MHD ${number(prediction.mhd_m)} m (constant velocity ${number(prediction.constant_mhd_m)} m)`);
   }
   map.onDraw(draw);
 
@@ -173,10 +173,10 @@ export function playerSection(data: ReportData, backdrop?: Backdrop): PlayerSect
   const controls = h("div", { class: "controls" }, h("div", { class: "stepper" }, h("button", { type: "button", "aria-label": "Previous pedestrian", onclick: () => step(-1) }, "◀"), list.label, h("button", { type: "button", "aria-label": "Next pedestrian", onclick: () => step(1) }, "▶")),
     choice("New prediction", [["horizon", "when the last one is over"], ["often", "every second"]] as const, renew, (value) => { renew = value; draw(); }).label,
     choice("Speed", [["0.5", "½ ×"], ["1", "1 ×"], ["2", "2 ×"], ["4", "4 ×"]] as const, "1", (value) => { speed = Number(value); }).label);
-  const legend = h("div", { class: "controls legend" }, toggle("ways with their weights", true, redraw("modes")), toggle("50 % and 90 % ellipses", true, redraw("ellipses")), toggle("constant velocity", true, redraw("constant")), toggle("what happened", true, redraw("future")));
+  const legend = h("div", { class: "controls legend" }, toggle("modes with their weights", true, redraw("modes")), toggle("50 % and 90 % ellipses", true, redraw("ellipses")), toggle("constant velocity", true, redraw("constant")), toggle("what happened", true, redraw("future")));
   legend.querySelectorAll("label").forEach((label, i) => label.append(h("span", { class: `swatch ${["of-modes", "of-ellipses", "of-constant", "of-future"][i]}`, "aria-hidden": "true" })));
   const element = h("section", { id: "predictions" }, h("h2", {}, "Predictions"),
-    h("p", { class: "lead" }, `${plural(data.tracks_scored ?? played.length, "pedestrian")} to test on, ${played.length} of them here. Space plays, the arrow keys move through time and from one person to the next.`),
+    h("p", { class: "lead" }, `${plural(data.tracks_scored ?? played.length, "pedestrian")} scored, ${played.length} of them shown. Space plays, the arrow keys move through time and from one person to the next.`),
     controls, map.element, h("div", { class: "timeline" }, play, time), readout, legend);
   element.addEventListener("keydown", (event) => {
     const target = event.target as HTMLElement;

@@ -1,10 +1,10 @@
-// Which prediction is on show, and how far off it is. Pure.
+// Which prediction is shown, and how far off it is. Pure.
 import type { Played, Prediction } from "./data";
 import { positionAt } from "./geometry";
 
 export type Renew = "often" | "horizon";
 
-/** The prediction that is on show at a moment: the latest one, or the one that is still being scored. From `anchor` on, that of `anchor` is the first. */
+/** The prediction that is shown at a moment: the latest one, or the one that is still being scored. From `anchor` on, that of `anchor` is the first. */
 export function currentPrediction(predictions: readonly Prediction[], now: number, renew: Renew, anchor = -Infinity): Prediction | undefined {
   let shown: Prediction | undefined;
   for (const prediction of predictions) {
@@ -26,7 +26,7 @@ export function errorsAt(prediction: Prediction, ahead: number): { model: number
   return { model: distance(where(prediction.modes[0]?.path ?? [])), constant: distance(where(prediction.constant)) };
 }
 
-/** Where to begin: several ways of like weight, one of them right. */
+/** Where to begin: several modes of similar weight, one of them right. */
 export function mostTelling(played: readonly Played[]): { person: Played; t0: number } | undefined {
   let best: { person: Played; t0: number; worth: number } | undefined;
   for (const person of played) {

@@ -9,7 +9,7 @@ import { comparisonsOf, constantOf, curvesOf, placesOf, rowsOf, type Comparison,
 const ours = methodColour.sila;
 const constant = methodColour["constant velocity"];
 
-/** How errors and size went along with learning. */
+/** Errors and size while the model learnt. */
 export function learningSection(data: ReportData): HTMLElement | undefined {
   const rows = rowsOf(data.results);
   const episodes = data.episodes ?? [];
@@ -84,7 +84,7 @@ function curveFigure(title: string, rows: readonly Row[], place: string, quantit
 function comparisonFigure(comparisons: readonly Comparison[], methods: readonly string[]): HTMLElement {
   const rows = comparisons.map((c) => ({ ...c, low: 100 * c.low, high: 100 * c.high, middle: 100 * c.difference }));
   const words = rows.map((c) => `${c.method} ${number(c.middle, 1)} %`).join(", ");
-  return figure("Error beside constant velocity [%], the same people in the same trials", `Differences: ${words}`, (width) => plot({ ...common(width), height: 60 + 28 * rows.length, marginLeft: 120,
+  return figure("Error relative to constant velocity [%], for the same people in the same trials", `Differences: ${words}`, (width) => plot({ ...common(width), height: 60 + 28 * rows.length, marginLeft: 120,
     x: { label: "smaller is better", grid: true, nice: true }, y: { label: null, domain: methods.filter((m) => rows.some((r) => r.method === m)) },
     marks: [ruleX([0], { stroke: constant, strokeWidth: 2, strokeDasharray: "5 4" }),
       ...rows.flatMap((c) => [link([c], { x1: "low", x2: "high", y1: "method", y2: "method", stroke: colourOfMethod(c.method, methods.indexOf(c.method)), strokeWidth: 3 }),
@@ -92,7 +92,7 @@ function comparisonFigure(comparisons: readonly Comparison[], methods: readonly 
     "The bar is the 95 % interval by resampling people.");
 }
 
-/** Errors by horizon, and whether the nominal regions hold what they say. */
+/** Errors by horizon, and the coverage of the nominal regions. */
 export function accuracySection(data: ReportData): HTMLElement | undefined {
   const evaluation = data.evaluation;
   if (!evaluation) return undefined;
@@ -110,7 +110,7 @@ export function accuracySection(data: ReportData): HTMLElement | undefined {
   const skipped = Object.entries(evaluation.skipped);
   const section = h("section", { id: "accuracy" }, h("h2", {}, "How good it is"), h("p", { class: "lead" }, calibrationWords(data)), legend([{ name: "sila", colour: ours }, { name: "constant velocity", colour: constant, dash: true }]), charts,
     h("div", { class: "scroll" }, h("table", { class: "numbers" }, h("caption", {}, "At the whole horizon; metres, smaller is better"),
-      thead("who", "windows", "weighted MHD", "constant velocity", "change", "ADE", "FDE", "kinematics alone", "ways"),
+      thead("group", "windows", "weighted MHD", "constant velocity", "change", "ADE", "FDE", "kinematics alone", "modes"),
       h("tbody", {}, ...names.map((name) => {
         const g = evaluation.groups[name]!;
         const { model, constant_velocity } = g.horizons.at(-1)!;
@@ -134,8 +134,8 @@ function reliabilityTable(evaluation: Evaluation): HTMLElement | undefined {
   ];
   if (rows.length === 0) return undefined;
   return h("div", { class: "scroll" }, h("table", { class: "numbers", id: "reliability" },
-    h("caption", {}, "Stated probabilities of starting, of stopping, and of where a person will be. Smaller is better; the rate is that of these very predictions"),
-    thead("who", "seconds ahead", "predictions", "happened", "Brier score", "of the rate", "calibration error"),
+    h("caption", {}, "Stated probabilities of starting, of stopping, and of where a person will be. Smaller is better; the base rate is that of these predictions"),
+    thead("group", "seconds ahead", "predictions", "happened", "Brier score", "of the base rate", "calibration error"),
     h("tbody", {}, ...rows)));
 }
 
@@ -153,12 +153,12 @@ function calibrationFigure(data: ReportData): HTMLElement {
         const points = d.nominal.map((p, k): [number, number] => [p, d.observed[k]!]);
         return [line([[0, 0], ...points, [1, 1]], { stroke: colours[i]!, strokeWidth: 2.2 }), dot(points, { fill: colours[i]!, r: 4, symbol: markOf(i)[0] })];
       })] }),
-    `Below the diagonal the regions are too small. In the grey band ${plural(n, "pedestrian")} cannot tell from perfect.`);
+    `Below the diagonal the regions are too small. ${plural(n, "pedestrian")} cannot show a difference from perfect calibration inside the grey band.`);
   figureElement.append(legend(shown.map((d, i) => ({ name: `${count(d.horizon_s)} s ahead`, colour: colours[i]!, mark: markOf(i)[1] }))));
   return figureElement;
 }
 
-/** In words what the longest horizon's regions hold. */
+/** In words what the regions of the longest horizon cover. */
 export function calibrationWords(data: ReportData): string {
   const last = data.calibration?.at(-1);
   const scored = data.predictions_scored ?? 0;
@@ -166,8 +166,8 @@ export function calibrationWords(data: ReportData): string {
     const i = last?.nominal.findIndex((nominal) => Math.abs(nominal - p) < 1e-9) ?? -1;
     return i >= 0 ? percent(last!.observed[i]!) : "?";
   };
-  if (!last) return "No prediction had its whole future on record.";
-  return `${plural(scored, "prediction")} of ${plural(data.tracks_scored ?? 0, "pedestrian")} with their whole future recorded. ${count(last.horizon_s)} s ahead, the 50 % region held ${of(0.5)} of the true positions and the 90 % region ${of(0.9)}.`;
+  if (!last) return "No prediction has its whole future in the tracks.";
+  return `${plural(scored, "prediction")} of ${plural(data.tracks_scored ?? 0, "pedestrian")} with their whole future recorded. ${count(last.horizon_s)} s ahead, the 50 % region covered ${of(0.5)} of the true positions and the 90 % region ${of(0.9)}.`;
 }
 
 export function worstSection(data: ReportData, show: ((track: string, t0: number) => void) | undefined): HTMLElement | undefined {

@@ -53,7 +53,7 @@ const tests: BrowserTest[] = [
     for (const layer of [".grid", ".axis", ".walk", ".curb"]) assert.ok(await page.locator(`#learnt ${layer}`).count() > 0, layer);
     assert.ok(await page.locator("#accuracy .chart svg").count() >= 2);
     assert.deepEqual(await page.locator("#accuracy .mark").allTextContents(), ["●", "■", "▲"], "not colours alone");
-    assert.match(await text(page, "#accuracy .lead"), /50 % region held \d+ %/);
+    assert.match(await text(page, "#accuracy .lead"), /50 % region covered \d+ %/);
     assert.match(await text(page, "#learning"), /with \d+ more expect 0\.\d+/);
     assert.ok(await page.locator("#reliability tbody tr").count() >= 10);  // start, stop, and where, each at several horizons
     await picture(page, "desktop", true);
@@ -156,7 +156,7 @@ const tests: BrowserTest[] = [
     assert.equal(await page.locator("#pedestrian").inputValue(), id);
     const stated = /weighted MHD ([\d.]+) m/;
     const [listed, shown] = [stated.exec(await item.innerText())?.[1], stated.exec(await text(page, "#readout"))?.[1]];
-    assert.ok(listed && listed === shown, `the prediction on show has ${shown} m, the worst one ${listed} m`);
+    assert.ok(listed && listed === shown, `the shown prediction has ${shown} m, the worst one ${listed} m`);
     await page.waitForTimeout(200);
     await picture(page, "worst");
   })],

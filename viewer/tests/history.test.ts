@@ -44,7 +44,7 @@ test("an earlier stage is not changed by a later one", () => {
   assert.equal(stages[0]!.primitives[0]!.fate, "added");
 });
 
-test("a story with a gap, or of another model, is no story", () => {
+test("changes with a gap, or of another model, give no stages", () => {
   assert.equal(stagesOf(model(4, 3), episodes(first, undefined)), undefined);
   assert.equal(stagesOf(model(4, 3), episodes(second)), undefined);
   assert.equal(stagesOf(model(5, 3), episodes(first, second)), undefined);

@@ -7,7 +7,7 @@ const at = (t0: number): Prediction => ({ t0, t: [1, 2], fallback: false, novelt
   constant: [1, 1, 2, 2], modes: [{ weight: 1, path: [0, 0, 0, 0], cov: [1, 0, 1, 1, 0, 1], primitives: [] }] });
 const predictions = [at(10), at(11), at(12), at(13)];
 
-test("renewed often, the latest prediction is on show", () => {
+test("renewed often, the latest prediction is shown", () => {
   assert.equal(currentPrediction(predictions, 9.9, "often"), undefined);
   assert.equal(currentPrediction(predictions, 11.5, "often")!.t0, 11);
 });
@@ -16,7 +16,7 @@ test("renewed at the horizon, a prediction stays until it is over", () => {
   assert.deepEqual([10, 11.5, 12, 13.9].map((now) => currentPrediction(predictions, now, "horizon")!.t0), [10, 10, 12, 12]);
 });
 
-test("a prediction that was asked for is on show, whatever came before it", () => {
+test("a prediction that was asked for is shown, whatever came before it", () => {
   assert.equal(currentPrediction(predictions, 11.5, "horizon", 11)!.t0, 11);
   assert.equal(currentPrediction(predictions, 13.2, "horizon", 11)!.t0, 13);
   assert.equal(currentPrediction(predictions, 10.5, "horizon", 11)!.t0, 10);
