@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <concepts>
 #include <cstdio>
 #include <numbers>
 
@@ -27,9 +28,9 @@ double length_m(std::span<const Vector2> path_m) {
   return sum;
 }
 
-std::string text(const char* format, double number) {
+std::string text(const char* format, std::same_as<double> auto... numbers) {
   char buffer[160];
-  std::snprintf(buffer, sizeof buffer, format, number);
+  std::snprintf(buffer, sizeof buffer, format, numbers...);
   return buffer;
 }
 
@@ -60,10 +61,10 @@ double weight_of_nearest(const ScoredPrediction& scored) {
   return std::ranges::min_element(scored.prediction.modes, {}, distance_m)->weight;
 }
 
-/// From how the person walked to how a way ends [rad].
-double turn_rad(const ScoredPrediction& scored, std::span<const Vector2> way_m, double interval_s) {
+/// From the observed direction to that at the end of a path [rad].
+double turn_rad(const ScoredPrediction& scored, std::span<const Vector2> path_m, double interval_s) {
   std::vector<Vector2> whole_m = scored.observed_m;
-  whole_m.insert(whole_m.end(), way_m.begin(), way_m.end());
+  whole_m.insert(whole_m.end(), path_m.begin(), path_m.end());
   return heading_change_rad(whole_m, interval_s);
 }
 
@@ -73,7 +74,7 @@ std::string reason_of_turn(const ScoredPrediction& scored, double turned_rad, do
     return turn_rad(scored, mode.path_m, interval_s) > 0.5 * turned_rad;
   });
   return text("turned by %.0f degrees", turned_rad * 180.0 / std::numbers::pi) +
-         (foreseen ? ", but not where its ways did" : ", as no way did");
+         (foreseen ? ", but not where a mode did" : ", as no mode did");
 }
 
 }  // namespace
@@ -108,15 +109,15 @@ std::string reason_of(const ScoredPrediction& scored, double interval_s) {
   if (scored.prediction.novelty > kUnknown)
     return text("walked where few had walked (novelty %.0f %%)", 100.0 * scored.prediction.novelty);
   if (modes.size() > 1 && scored.model.best_ade_m < 0.5 * scored.model.ade_m) {
-    return text("the right way was foreseen, but with a weight of %.0f %%", 100.0 * weight_of_nearest(scored));
+    return text("followed a mode that had a weight of %.1f %%", 100.0 * weight_of_nearest(scored));
   }
   const double turned_rad = turn_rad(scored, scored.truth_m, interval_s);
   if (turned_rad > kTurn_rad) return reason_of_turn(scored, turned_rad, interval_s);
   if (went_m > kFasterShare * expected_m)
-    return text("hurried: %.1f times as far as its pace said", went_m / expected_m);
+    return text("walked faster: %.1f m instead of %.1f m at its observed speed", went_m, expected_m);
   if (went_m < kSlowerShare * expected_m)
-    return text("slowed down: %.0f %% of the way its pace said", 100.0 * went_m / expected_m);
-  return text("kept its pace, but %.1f m aside of the most likely way", scored.model.fde_m);
+    return text("slowed down: %.1f m instead of %.1f m at its observed speed", went_m, expected_m);
+  return text("kept its speed, but ended %.1f m from the most likely mode", scored.model.fde_m);
 }
 
 nlohmann::ordered_json reliability_json(std::span<const ScoredPrediction> scored, double horizon_s) {

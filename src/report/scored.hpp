@@ -24,8 +24,8 @@ std::vector<ScoredPrediction> score_predictions(const Model& model, std::span<co
                                                 const EpisodeConfig& config, double stride_s);
 
 /// Why a prediction was as wrong as it was, in a few words for people: the first of these that is true: set off,
-/// stopped, walked where no track had walked, was among the modes but not the likely one, turned, hurried, slowed down,
-/// or went aside. `interval_s`: between its positions.
+/// stopped, walked where no track had walked, followed another mode than the most likely one, turned, walked faster,
+/// slowed down, or none of these. `interval_s`: between its positions.
 std::string reason_of(const ScoredPrediction& scored, double interval_s);
 
 /// Reliability diagrams, one a horizon, none without predictions: `horizon_s`, the `nominal` probabilities of the

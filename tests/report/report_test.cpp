@@ -213,11 +213,13 @@ TEST(Reason, SaysWhatThePersonDid) {
   EXPECT_EQ(reason(scored_walk(still, ahead, here)), "stood and set off");
   EXPECT_EQ(reason(scored_walk(east, {{0.2, 0}, {0.3, 0}, {0.3, 0}, {0.3, 0}}, ahead)), "stopped");
   const std::vector<Vector2> left{{0, 1}, {0, 2}, {0, 3}, {0, 4}};
-  EXPECT_EQ(reason(scored_walk(east, left, ahead)), "turned by 72 degrees, as no way did");
+  EXPECT_EQ(reason(scored_walk(east, left, ahead)), "turned by 72 degrees, as no mode did");
   EXPECT_EQ(reason(scored_walk(east, {{2, 0}, {4, 0}, {6, 0}, {8, 0}}, ahead)),
-            "hurried: 2.0 times as far as its pace said");
+            "walked faster: 6.0 m instead of 3.0 m at its observed speed");
+  EXPECT_EQ(reason(scored_walk(still, {{0.4, 0}, {0.6, 0}, {0.8, 0}, {1, 0}}, here)),
+            "walked faster: 0.6 m instead of 0.0 m at its observed speed");
   EXPECT_EQ(reason(scored_walk(east, left, {{1, 0}, {2, 0}, {2, 1}, {2, 2}})),
-            "turned by 72 degrees, but not where its ways did");
+            "turned by 72 degrees, but not where a mode did");
   ScoredPrediction novel = scored_walk(east, left, ahead);
   novel.prediction.novelty = 0.8;
   EXPECT_EQ(reason(novel), "walked where few had walked (novelty 80 %)");
@@ -225,7 +227,7 @@ TEST(Reason, SaysWhatThePersonDid) {
   foreseen.prediction.modes[0].weight = 0.9;
   foreseen.prediction.modes.push_back({0.1, left, std::vector<Matrix2>(4, Matrix2::Identity()), {}});
   foreseen.model = measure(foreseen.prediction, foreseen.truth_m, 4);
-  EXPECT_EQ(reason(foreseen), "the right way was foreseen, but with a weight of 10 %");
+  EXPECT_EQ(reason(foreseen), "followed a mode that had a weight of 10.0 %");
 }
 
 TEST(Reliability, CountsTruthsInsideTheStatedRegions) {
