@@ -31,6 +31,7 @@ nlohmann::ordered_json model_data(const ReportOptions& options) {
   input.episode = config.episode;
   input.evaluate = config.evaluate;
   input.configuration = to_json(config);
+  if (!options.results.empty()) input.results = read_results(options.results);
   if (options.tracks.scene.empty() && options.tracks.paths.empty()) {
     if (!options.picture.empty()) throw UsageError("report: --picture needs tracks");
     if (options.tracks.hold_out > 0.0) throw UsageError("report: --hold-out needs tracks");
@@ -52,14 +53,13 @@ void make_report(const ReportOptions& options) {
   nlohmann::ordered_json data;
   if (std::filesystem::path(options.subject).extension() == ".json") {
     if (!options.picture.empty() || !options.tracks.scene.empty() || !options.tracks.paths.empty() ||
-        options.tracks.hold_out > 0.0)
-      throw UsageError("report: tracks, --scene, --hold-out and --picture need a model file, not results");
+        options.tracks.hold_out > 0.0 || !options.results.empty())
+      throw UsageError("report: tracks, --scene, --hold-out, --picture and --results need a model file, not results");
     data = {{"sila", build_version()}, {"name", std::filesystem::path(options.subject).filename().string()}};
     data["results"] = read_results(options.subject);
   } else {
     data = model_data(options);
   }
-  if (!options.results.empty()) data["results"] = read_results(options.results);
   write_page(options.common.json ? data.dump(1) + "\n" : report_page(data), options.out);
 }
 

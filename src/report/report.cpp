@@ -188,6 +188,7 @@ ordered_json report_data(const ReportInput& input, const ReportLimits& limits) {
   data["learning_curve"] = learning_json(input.stored);
   data["configuration"] = input.configuration;
   if (!input.tracks.empty()) add_scores(data, input, limits);
+  if (!input.results.is_null()) data["results"] = input.results;
   if (ordered_json predictor = predictor_json(
           input, limits.bytes_with_predictor - std::min(limits.bytes_with_predictor, one_line(data).size()));
       !predictor.is_null())

@@ -85,7 +85,8 @@ TEST(Report, FitsItsLimit) {
 }
 
 TEST(Report, HasWhatPredictsOnThePageIfItFits) {
-  const ReportInput input = made_up(), empty;
+  ReportInput input = made_up();
+  const ReportInput empty;
   const nlohmann::ordered_json data = report_data(input);
   EXPECT_EQ(data.at("predictor").at("wasm"),
             tests::content_of(std::string(SILA_TESTS_DIR) + "/../viewer/dist/predictor.wasm.base64"));
@@ -94,6 +95,10 @@ TEST(Report, HasWhatPredictsOnThePageIfItFits) {
   EXPECT_FALSE(small.at("predictor").contains("model"));
   EXPECT_GT(small.at("predictor").at("bytes"), small.at("predictor").at("most_bytes"));
   EXPECT_FALSE(report_data(empty).contains("predictor"));
+  input.results = std::string(2000, 'x');
+  const nlohmann::ordered_json with_results = report_data(input, {.bytes_with_predictor = data.dump().size() + 1000});
+  EXPECT_EQ(with_results.at("results"), input.results);
+  EXPECT_FALSE(with_results.at("predictor").contains("model"));
 }
 
 TEST(Report, WithoutTracksOrSceneShowsTheModelAlone) {

@@ -36,6 +36,7 @@ struct ReportInput {
   EpisodeConfig episode;
   EvaluateConfig evaluate;
   nlohmann::ordered_json configuration;
+  nlohmann::ordered_json results;  ///< of `sila experiment`, for the learning curves; null: none
   std::string picture;  ///< data URL of what the scene's camera sees, on which predictions are drawn; empty: none
 };
 
