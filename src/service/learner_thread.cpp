@@ -220,9 +220,11 @@ void LearnerThread::learn_batch(const std::vector<FramedTrajectory>& batch) {
 std::optional<Episode> LearnerThread::learn_and_commit(const std::vector<FramedTrajectory>& batch) {
   while (true) {
     const std::shared_ptr<const Snapshot> previous = snapshot();
-    Episode episode = run_episode(previous->model, placed_for(previous->model, batch, episode_.scaling), episode_,
-                                  update_, &previous->predictor);
+    const std::vector<FramedTrajectory> placed = placed_for(previous->model, batch, episode_.scaling);
+    Episode episode = run_episode(previous->model, placed, episode_, update_, &previous->predictor);
     if (episode.report.known) return std::nullopt;
+    const std::string warning = warning_of_another_place(previous->model, placed);
+    if (!warning.empty() && storage_.failed) storage_.failed(warning);  // once: then the model knows the place
     try {
       if (storage_.commit) storage_.commit(previous->model, episode, calibration());
       return episode;

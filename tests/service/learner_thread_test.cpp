@@ -105,6 +105,24 @@ TEST(LearnerThread, MakesTheFrameOfAModelWithoutASceneFromItsFirstBatch) {
   EXPECT_EQ(pack(model.sites[0].frame), pack(expected));
 }
 
+TEST(LearnerThread, WarnsOnceOfTracksOfAnotherPlace) {
+  std::vector<std::string> warnings;
+  LearnerThread::Storage storage;
+  storage.failed = [&](const std::string& why) { warnings.push_back(why); };
+  LearnerThread learner(Model{}, {}, EpisodeConfig{}, {.batch = 10}, std::move(storage));
+  const auto three_km_away = [](std::vector<FramedTrajectory> tracks) {
+    for (FramedTrajectory& entry : tracks) {
+      for (Vector2& position_m : entry.track.positions_m) position_m.x() += 3000.0;
+    }
+    return tracks;
+  };
+  learn(learner, corner_walks(10, 1));
+  EXPECT_TRUE(warnings.empty());
+  for (const unsigned seed : {2U, 3U}) learn(learner, three_km_away(corner_walks(10, seed)));
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_TRUE(warnings.front().starts_with("the tracks lie 3.0 km from what the model has learnt")) << warnings.front();
+}
+
 TEST(LearnerThread, KeepsTheModelWhenAnEpisodeCannotBeStored) {
   int calls = 0;
   std::string message;

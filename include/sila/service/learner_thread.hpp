@@ -46,7 +46,7 @@ class LearnerThread {
     std::function<std::optional<Model>()> reload;
     /// The learning curve of the stored episodes, for `LearnerStatus`. May be empty.
     std::function<std::string(const Model& model)> learning_curve;
-    /// Tells people of a failure in a sentence. May be empty.
+    /// Tells people of a failure, or of tracks of another place, in a sentence. May be empty.
     std::function<void(const std::string& why)> failed = {};
   };
 
