@@ -20,8 +20,7 @@ namespace {
 
 /// An end of the range, or a number between them, uniform in its logarithm; infinite ends count as 1e6.
 double number_in(const Field& field, Random& random) {
-  const double least = std::max(field.range.min, field.storable.min),
-               most = std::min(field.range.max, field.storable.max);
+  const double least = field.range.min, most = field.range.max;
   const double low = field.range.open_min || least == 0.0 ? 1e-4 : least, high = std::min(most, 1e6);
   const double choice = uniform(random, 0.0, 1.0);
   if (choice < 0.1) return field.range.open_min ? low : least;
