@@ -94,8 +94,6 @@ TrackFile read_table(const TextTable& table, const TableReader& reader, const st
 /// camera are dropped. Labels that the options, or the numbering of the format, call pedestrians become "person".
 TrackFile in_metres(TrackFile file, const ReadOptions& options);
 
-/// A detection as JSON, `{"t": 12.3, "id": "a", "x": 1.5, "y": 2.0}`; null for any other JSON.
-std::optional<Detection> detection_of(const nlohmann::json& json);
 /// A file of JSON lines: of detections, as `sila serve` receives and `sila replay` writes them, or of TrajNet++.
 TrackFile read_ndjson(const TextTable& table, const ReadOptions& options);
 
