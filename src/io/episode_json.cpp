@@ -85,13 +85,8 @@ EpisodeRecord record_of(int number, const Model& previous, const Episode& episod
       {"subsumed", report.prune.subsumed},           {"evicted", to_json(report.budget)},
       {"prequential", to_json(report.prequential)},  {"change", to_json(report.change, previous, episode.model)}};
   const auto now = std::chrono::system_clock::now().time_since_epoch();
-  return {number,
-          report.tracks,
-          report.seconds,
-          report.size_before,
-          report.size_after,
-          statistics.dump(),
-          std::chrono::duration_cast<std::chrono::seconds>(now).count()};
+  const std::int64_t now_s = std::chrono::duration_cast<std::chrono::seconds>(now).count();
+  return {number, report.tracks, report.seconds, report.size_before, report.size_after, statistics.dump(), now_s};
 }
 
 std::vector<EpisodeRecord> joined(std::vector<EpisodeRecord> first, const std::vector<EpisodeRecord>& second) {

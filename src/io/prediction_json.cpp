@@ -16,13 +16,6 @@ namespace {
 
 using nlohmann::json;
 
-nlohmann::ordered_json transitions_json(const std::vector<TransitionCount>& transitions) {
-  nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  for (const TransitionCount& use : transitions)
-    list.push_back({{"from", use.from}, {"to", use.to}, {"tracks", use.count}});
-  return list;
-}
-
 nlohmann::ordered_json explanation_json(const Explanation& explanation) {
   nlohmann::ordered_json result{{"likelihood_power", explanation.likelihood_power},
                                 {"effective_samples", explanation.effective_samples},
@@ -35,11 +28,14 @@ nlohmann::ordered_json explanation_json(const Explanation& explanation) {
                                  {"primitives", mode.primitives}};
     entry["rollouts"] = nlohmann::ordered_json::array();
     for (const RolloutExplanation& rollout : mode.rollouts) {
+      nlohmann::ordered_json transitions = nlohmann::ordered_json::array();
+      for (const TransitionCount& use : rollout.transitions)
+        transitions.push_back({{"from", use.from}, {"to", use.to}, {"tracks", use.count}});
       entry["rollouts"].push_back({{"weight", rollout.weight},
                                    {"log_likelihood", rollout.log_likelihood},
                                    {"log_prior", rollout.log_prior},
                                    {"chain_probability", rollout.chain_probability},
-                                   {"transitions", transitions_json(rollout.transitions)}});
+                                   {"transitions", std::move(transitions)}});
     }
     result["modes"].push_back(std::move(entry));
   }
@@ -54,11 +50,8 @@ Mode mode_of(const json& object) {
   const json &x = object.at("x"), &y = object.at("y"), &cov = object.at("cov");
   for (std::size_t j = 0; j < x.size(); ++j) {
     mode.path_m.emplace_back(x.at(j).get<double>(), y.at(j).get<double>());
-    const json& entry = cov.at(j);
-    Matrix2 covariance;
-    covariance << entry.at(0).get<double>(), entry.at(1).get<double>(), entry.at(1).get<double>(),
-        entry.at(2).get<double>();
-    mode.covariances_m2.push_back(covariance);
+    const double xx = cov.at(j).at(0), xy = cov.at(j).at(1), yy = cov.at(j).at(2);
+    mode.covariances_m2.push_back(Matrix2{{xx, xy}, {xy, yy}});
   }
   return mode;
 }
