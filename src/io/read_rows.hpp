@@ -66,10 +66,6 @@ TrackFile read_folder(const std::filesystem::path& folder, const ReadOptions& op
 /// Counts a row that cannot be used among those dropped, by reason; `found` is what was found on its line.
 void count_bad(Detections& detections, DropReason reason, const TextLine& found);
 
-/// The rows of a table. `t_s` is in seconds if there is a column of times, else it is the frame number; positions are
-/// in the units of the file. `only_track` is the id where the file is one track.
-Detections read_rows(const TextTable& table, const TrackColumns& columns, const std::string& only_track);
-
 /// Detections whose `t_s` still is a frame number become detections in seconds: by the frame rate of the options, else
 /// by their sample interval, the time of the commonest step of a person's frames. Throws: FormatError if both are
 /// unset.
