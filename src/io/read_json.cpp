@@ -27,13 +27,13 @@ std::optional<std::string> id_in(const Json& object, const char* key) {
 }
 
 /// A detection, `{"t": 12.3, "id": "a", "x": 1.5, "y": 2.0}`; null for any other JSON.
-std::optional<Detection> detection_of(const Json& json) {
-  const auto id = id_in(json, "id");
-  const auto t_s = number_in(json, "t"), x_m = number_in(json, "x"), y_m = number_in(json, "y");
+std::optional<Detection> detection_of(const Json& object) {
+  const auto id = id_in(object, "id");
+  const auto t_s = number_in(object, "t"), x_m = number_in(object, "x"), y_m = number_in(object, "y");
   if (!id || id->empty() || id->size() > kMaxIdBytes || !t_s || !x_m || !y_m) return std::nullopt;
   Detection row{*id, *t_s, {*x_m, *y_m}};
   for (const char* key : {"class", "label"}) {
-    const Json& label = member(json, key);
+    const Json& label = member(object, key);
     if (label.is_string()) row.label = label.get<std::string>();
     if (label.is_number()) row.label = label.dump();
   }
@@ -44,12 +44,12 @@ TrackFile read_detection_lines(const TextTable& table) {
   Detections result{table.path, {}};
   for (const TextLine& line : table.rows) {
     ++result.rows_read;
-    const Json json = shallow_json(line.text);
-    if (std::optional<Detection> row = detection_of(json)) {
+    const Json object = shallow_json(line.text);
+    if (std::optional<Detection> row = detection_of(object)) {
       row->line = line.number;
       result.rows.push_back(*std::move(row));
     } else {
-      count_bad(result, json.is_object() ? DropReason::not_a_number : DropReason::not_json, line);
+      count_bad(result, object.is_object() ? DropReason::not_a_number : DropReason::not_json, line);
     }
   }
   return {std::move(result), TrackFormat::ndjson};
@@ -60,14 +60,14 @@ TrackFile read_trajnetpp(const TextTable& table, const ReadOptions& options) {
   Detections result{table.path, {}};
   std::optional<double> samples_per_second;
   for (const TextLine& line : table.rows) {
-    const Json json = shallow_json(line.text);
-    if (json.is_object() && json.contains("scene")) {
-      const auto rate = number_in(json["scene"], "fps");
+    const Json object = shallow_json(line.text);
+    if (object.is_object() && object.contains("scene")) {
+      const auto rate = number_in(object["scene"], "fps");
       if (rate && *rate > 0.0 && !samples_per_second) samples_per_second = rate;
       continue;
     }
     ++result.rows_read;
-    const Json& track = member(json, "track");
+    const Json& track = member(object, "track");
     if (!track.is_object()) {
       count_bad(result, DropReason::not_json, line);
       continue;
