@@ -47,6 +47,12 @@ Matrix2 to_heading(const Prediction& prediction) {
   return axes.transpose();
 }
 
+/// The Cholesky factor of a covariance in other axes.
+Matrix2 factor_in(const Matrix2& axes, const Matrix2& covariance) {
+  const Matrix2 turned = axes * covariance * axes.transpose();
+  return turned.llt().matrixL();
+}
+
 void require_heading(const Prediction& prediction, const char* function) {
   if (prediction.heading.isZero()) throw invalid_argument(function, ": heading = 0, the prediction does not know it");
 }
@@ -79,8 +85,7 @@ OutcomeProbabilities outcome_probabilities(const Prediction& prediction, std::si
   OutcomeProbabilities probabilities = {};
   for (const Mode& mode : prediction.modes) {
     const Vector2 mean_m = rotation * (mode.path_m[step] - prediction.start_m);
-    const Matrix2 covariance = rotation * mode.covariances_m2[step] * rotation.transpose();
-    const Matrix2 factor = covariance.llt().matrixL();
+    const Matrix2 factor = factor_in(rotation, mode.covariances_m2[step]);
     std::array<int, kOutcomeCount> counts = {};
     for (const Vector2& u : points) {
       const Vector2 point_m = mean_m + factor * u;
@@ -102,12 +107,9 @@ std::vector<double> nearest_probabilities(const Prediction& prediction) {
   const std::size_t last = prediction.times_s.size() - 1, middle = last / 2;
   // Points in the axes of the heading make the error the same in any axes of the world.
   const Matrix2 rotation = prediction.heading.isZero() ? Matrix2::Identity() : to_heading(prediction);
-  const auto factor = [&](const Matrix2& covariance) -> Matrix2 {
-    const Matrix2 turned = rotation * covariance * rotation.transpose();
-    return rotation.transpose() * Matrix2(turned.llt().matrixL());
-  };
   for (const Mode& mode : modes) {
-    const Matrix2 to_middle = factor(mode.covariances_m2[middle]), to_last = factor(mode.covariances_m2[last]);
+    const Matrix2 to_middle = rotation.transpose() * factor_in(rotation, mode.covariances_m2[middle]);
+    const Matrix2 to_last = rotation.transpose() * factor_in(rotation, mode.covariances_m2[last]);
     for (const Vector2& u : points) {
       const Vector2 at_middle_m = mode.path_m[middle] + to_middle * u, at_last_m = mode.path_m[last] + to_last * u;
       std::size_t nearest = 0;

@@ -65,16 +65,18 @@ void widen_to_least_error(std::span<Mode> modes) {
   }
 }
 
-/// Makes the last mode part of an earlier one with the same path: roll-outs that no residual GP tells apart.
-void join_last_mode(Workspace& workspace) {
+/// Makes the last mode part of an earlier one with the same path (roll-outs that no residual GP tells apart); whether
+/// there is one.
+bool join_last_mode(Workspace& workspace) {
   std::vector<Mode>& modes = workspace.prediction.modes;
   Mode& last = modes.back();
   const auto same = std::ranges::find(modes, last.path_m, &Mode::path_m);
-  if (same == modes.end() - 1) return;
+  if (same == modes.end() - 1) return false;
   same->weight += last.weight;
   same->sources.push_back(last.sources.front());
   workspace.spare.push_back(std::move(last));
   modes.pop_back();
+  return true;
 }
 
 /// Sets the position and the heading that outcomes refer to (sila/refine/outcomes.hpp).
@@ -230,8 +232,8 @@ void PreparedModel::add_stacked_modes(const MergedRollouts& merged, const Hazard
     if (!fallback) visit_primitives(fields_, merged.rollouts[m].transitions, mode.primitives);
     const ResidualPrediction& residuals = fallback ? seen.residuals : merged.residuals[m];
     scales[m] = fill_path(mode, stacking, seen, residuals, correction, start_m, interval_s_);
+    if (join_last_mode(workspace)) continue;
     fill_covariances(mode, density, wide ? std::optional<std::size_t>(0) : std::nullopt, scales[m], start_m);
-    join_last_mode(workspace);
   }
   sort_by_weight(workspace.prediction.modes);
   if (!wide) return;
