@@ -10,6 +10,7 @@ pytest.importorskip("scipy")
 import sila
 from sila.experiments import field, read_experiment
 from sila.experiments.program import run
+from sila.experiments.protocol import protocol_of, runs_of
 from test_experiments import SMALL, written
 
 
@@ -199,6 +200,22 @@ def test_noise_is_added_to_a_recorded_scene_the_same_each_time(tmp_path):
     assert len(set(read[0.1])) == 1 and read[0.1][0] != read[0][0]
     with pytest.raises(sila.FormatError, match="noise_m as a number"):
         read_experiment(written(tmp_path, scenes=[{"name": "s", "scene": "s.json", "noise_m": -1}]))
+
+
+def test_people_held_back_can_be_faster_than_recorded(tmp_path):
+    read, speeds = {}, {}
+    for speed in (1, 2):
+        scene = {"name": "s", "simulate": {"tracks": 40, "seed": 1}, "test_speed": speed}
+        experiment = read_experiment(written(tmp_path, take_fewer=True, scenes=[scene]))
+        read[speed] = experiment.scenes[0].tracks_hash
+        speeds[speed] = protocol_of(experiment, runs_of(experiment)[0])
+    assert read[1] != read[2]
+    assert speeds[1].training[0].hash == speeds[2].training[0].hash
+    recorded, faster = (speeds[speed].test_sites[0] for speed in (1, 2))
+    np.testing.assert_allclose(faster.test.durations_s, np.array(recorded.test.durations_s) / 2)
+    np.testing.assert_allclose(faster.present.durations_s, np.array(recorded.present.durations_s) / 2)
+    with pytest.raises(sila.FormatError, match="test_speed as a number from 1 to 10"):
+        read_experiment(written(tmp_path, scenes=[{"name": "s", "simulate": {}, "test_speed": 0.5}]))
 
 
 def test_a_changed_method_makes_runs_of_the_field_anew(tmp_path, monkeypatch):

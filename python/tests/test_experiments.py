@@ -133,6 +133,16 @@ def test_a_split_larger_than_the_data_takes_fewer_if_allowed(tmp_path):
     assert len(protocol.training[0]) <= tracks - len(protocol.test_sites[0].test)
 
 
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_people_too_fast_for_a_window_leave_empty_cells(tmp_path):
+    scenes = [SCENE, {**SCENE, "name": "fast", "test_speed": 10}]
+    path = written(tmp_path, take_fewer=True, scenes=scenes)
+    assert run([str(path), "--out", str(tmp_path / "out"), "--threads", "1"]) == 0
+    rows = pd.read_csv(tmp_path / "out" / "results.csv").set_index("place")
+    assert rows.windows["four-way"] > 0 and rows.windows["fast"] == 0
+    assert np.isfinite(rows.ade_ratio["four-way"]) and np.isnan(rows.ade_ratio["fast"])
+
+
 def test_without_a_scene_the_frame_is_of_the_first_batch_and_the_windows_are_the_same(tmp_path):
     methods = ["sila", {"name": "without a scene", "method": "sila", "scene": False}]
     experiment = read_experiment(written(tmp_path, methods=methods))

@@ -34,9 +34,22 @@ constexpr double kMaxLogScale = 4.0;
 /// The same for the weight of a component; a larger factor makes regions larger (docs/decisions/0107-error-density.md).
 constexpr double kMaxLogWeight = 1.0;
 
+/// Errors grow with this power of the speed beyond the speeds that were learnt (docs/decisions/0138-faster-people.md).
+constexpr double kFastPower = 1.5;
+/// Positions of the features of speed (of the last 0.4 s, and since the first sample), and their divisor.
+constexpr Eigen::Index kLastSpeed = 1, kMeanSpeed = 2;
+constexpr double kSpeedSpread = 0.4;
+
 /// Along and across.
 double nominal_variance_m2(std::size_t step, double interval_s) {
   return square(kNominalPosition_m + kNominalVelocity_mps * static_cast<double>(step + 1) * interval_s);
+}
+
+/// The mean of a feature plus its deviation; before any window the mean is 0 and the deviation 1.
+double one_deviation_above(double windows, double sum, double squares) {
+  const double mean = sum / (windows + kPriorWindows);
+  const double variance = (squares + kPriorWindows) / (windows + kPriorWindows) - square(mean);
+  return mean + std::sqrt(std::max(0.0, variance));
 }
 
 /// Errors of people who walk grow faster than nominal ones.
@@ -54,7 +67,7 @@ double centred_log(double value, double offset, double centre, double spread) {
 ScaleFeatures scale_features(const PastVelocities& past_mps, const Vector2& predicted_mps, double local_support) {
   const Vector2 v04 = past_mps.col(0), v08 = past_mps.col(1), v16 = past_mps.col(2), v_all = past_mps.col(3);
   ScaleFeatures features;
-  features << 1.0, centred_log(v04.norm(), 0.1, 1.2, 0.4), centred_log(v_all.norm(), 0.1, 1.2, 0.4),
+  features << 1.0, centred_log(v04.norm(), 0.1, 1.2, kSpeedSpread), centred_log(v_all.norm(), 0.1, 1.2, kSpeedSpread),
       centred_log((v04 - v08).norm(), 0.02, 0.1, 0.8), centred_log((v08 - v16).norm(), 0.02, 0.1, 0.8),
       centred_log((v08 - v_all).norm(), 0.02, 0.15, 0.8), centred_log((predicted_mps - v08).norm(), 0.05, 0.2, 0.7),
       centred_log(local_support, 1.0, 5.0, 1.0);
@@ -79,6 +92,12 @@ ErrorDensity::ErrorDensity(const DensityMoments& moments, int steps, double inte
     coefficients_.row(0).setZero();  // the components have the level of each step
     mean_ = moments.scale.features.col(0) / moments.scale.weight;
   }
+  if (state == kWalking) {
+    const auto sum = [&](Eigen::Index column) {
+      return windows_ > 0.0 ? moments.scale.features(kMeanSpeed, column) : 0.0;
+    };
+    fastest_ = one_deviation_above(windows_, sum(0), sum(kMeanSpeed));
+  }
   const Prior& before = kPriors[state];
   ComponentWeights counts = {};
   for (std::size_t step = 0; step < static_cast<std::size_t>(steps); ++step) {
@@ -97,9 +116,14 @@ ErrorDensity::ErrorDensity(const DensityMoments& moments, int steps, double inte
   for (std::size_t c = 0; c < counts.size(); ++c) weights_[c] = total > 0.0 ? counts[c] / total : before.shares[c];
 }
 
-ErrorScale ErrorDensity::scale(const ScaleFeatures& features) const {
+ErrorScale ErrorDensity::scale(const ScaleFeatures& of_window) const {
+  // The regression is not reliable beyond the speeds that it has seen.
+  ScaleFeatures features = of_window;
+  for (const Eigen::Index speed : {kLastSpeed, kMeanSpeed}) features[speed] = std::min(features[speed], fastest_);
+  const double log_faster = kSpeedSpread * (of_window[kMeanSpeed] - features[kMeanSpeed]);
   const Vector2 logs = coefficients_.leftCols<2>().transpose() * features;
   ErrorScale scale{logs.cwiseMax(-kMaxLogScale).cwiseMin(kMaxLogScale).array().exp(), weights_};
+  scale.factors *= std::exp(std::min(2.0 * kFastPower * log_faster, 2.0 * kMaxLogScale));
   const ComponentVector changes = coefficients_.rightCols<kMixtureComponents>().transpose() * (features - mean_);
   double sum = 0.0;
   for (std::size_t c = 0; c < kMixtureComponents; ++c) {

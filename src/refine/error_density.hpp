@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 #include "core/kinematics.hpp"
@@ -34,10 +35,11 @@ Matrix2 oriented_covariance(const Vector2& direction, const Vector2& along_acros
 
 /// The density of prediction errors along and across the predicted way: a mixture of Gaussians, from narrow to wide,
 /// whose variances and weights depend on the window. The variances are, at each step, those of the mixture times a
-/// scale, a log-linear regression on squared errors (Harvey 1976). The weights are a regression on the probabilities
-/// that each component made the errors (a mixture of experts, Jordan and Jacobs 1994). The mixture is fitted by online
-/// expectation maximisation (Cappe and Moulines 2009), whose sums add exactly. Source: none in the paper;
-/// docs/decisions/0107-error-density.md.
+/// scale, a log-linear regression on squared errors (Harvey 1976). For people faster than those learnt, the scale
+/// grows with a power of the speed. The weights are a regression on the probabilities that each component made the
+/// errors (a mixture of experts, Jordan and Jacobs 1994). The mixture is fitted by online expectation maximisation
+/// (Cappe and Moulines 2009), whose sums add exactly. Source: none in the paper; docs/decisions/0107-error-density.md
+/// and 0138-faster-people.md.
 class ErrorDensity {
  public:
   /// `state`: kWalking or kStanding, which have different priors.
@@ -63,6 +65,7 @@ class ErrorDensity {
   double windows_;
   Eigen::Matrix<double, kScaleFeatures, kScaleOutputs> coefficients_;
   ScaleFeatures mean_ = ScaleFeatures::Zero();
+  double fastest_ = std::numeric_limits<double>::infinity();  ///< limit of the features of speed in the regressions
   ComponentWeights weights_ = {};
   std::vector<std::array<Vector2, kMixtureComponents>> relative_;  ///< variances relative to nominal ones, of each step
 };

@@ -42,6 +42,7 @@ class ExperimentScene:
     config: str  #: JSON
     tracks_hash: str
     used_for_choices: bool = False  #: between methods or settings: reported means are also given without it
+    test_speed: float = 1.0  #: the people held back are this many times as fast as recorded
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,7 @@ def modes_of(found: Forecast | Sequence[Prediction]) -> Modes:
 
 def _padded(predictions: Sequence[Prediction]) -> Modes:
     most = max((len(p.weights) for p in predictions), default=1)
-    steps = len(predictions[0].times_s) if predictions else 0
+    steps = len(predictions[0].times_s) if predictions else 1
     weights, paths = np.zeros((len(predictions), most)), np.zeros((len(predictions), most, steps, 2))
     covariances = np.tile(np.eye(2), (len(predictions), most, steps, 1, 1))
     for n, prediction in enumerate(predictions):

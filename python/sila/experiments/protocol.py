@@ -128,12 +128,16 @@ def protocol_of(experiment: Experiment, run: Run) -> Protocol:
         first_batch = next(batches_of([train], settings.batch))
         return train.without_scene(first_batch, config), test.without_scene(first_batch, config)
 
+    def test_site(scene: ExperimentScene, train: FramedTracks, test: FramedTracks) -> TestSite:
+        test, present = test.played(scene.test_speed), scene.tracks.played(scene.test_speed)
+        return TestSite(scene.name, test, TrainingSupport(train, config), present)
+
     protocol = Protocol()
     if settings.kind == "places":
         for s in _sila.orders_of(len(scenes), settings.orders, settings.seed)[run.order - 1]:
             train, test = sides(scenes[s])
             protocol.training.append(train)
-            protocol.test_sites.append(TestSite(scenes[s].name, test, TrainingSupport(train, config), scenes[s].tracks))
+            protocol.test_sites.append(test_site(scenes[s], train, test))
         return protocol
     scene = scenes[run.scene_index]
     train, test = sides(scene)
@@ -141,7 +145,7 @@ def protocol_of(experiment: Experiment, run: Run) -> Protocol:
     protocol.training = [train] if run.here else [sides(other)[0] for other in others]
     if method.cls is not None and method.cls.elsewhere:
         protocol.elsewhere = [sides(other)[0] for other in others]
-    protocol.test_sites = [TestSite(scene.name, test, TrainingSupport(train, config), scene.tracks)]
+    protocol.test_sites = [test_site(scene, train, test)]
     return protocol
 
 

@@ -128,7 +128,8 @@ def _require_different(what: str, names: Sequence[str]) -> None:
 
 
 def _scene_name(file: str, item: Any, where: str) -> str:
-    _require_keys(file, item, where, ["name", "scene", "scenes", "simulate", "noise_m", "config", "used_for_choices"])
+    keys = ["name", "scene", "scenes", "simulate", "noise_m", "test_speed", "config", "used_for_choices"]
+    _require_keys(file, item, where, keys)
     name = _text(file, item, where, "name")
     if name == ALL:
         raise FormatError(file, 0, f"{where} with another name, as that of all scenes together is", json.dumps(name))
@@ -147,6 +148,9 @@ def _scene(file: str, item: dict[str, Any], where: str, config: str, overrides: 
     noise_m = item.get("noise_m", 0.0)
     if type(noise_m) not in (int, float) or not 0 <= noise_m <= 10 or (noise_m > 0 and "scene" not in item):
         raise FormatError(file, 0, f"{where} with noise_m as a number from 0 to 10 beside scene", json.dumps(noise_m))
+    test_speed = item.get("test_speed", 1.0)
+    if type(test_speed) not in (int, float) or not 1 <= test_speed <= 10:
+        raise FormatError(file, 0, f"{where} with test_speed as a number from 1 to 10", json.dumps(test_speed))
     if type(used := item.get("used_for_choices", False)) is not bool:
         raise FormatError(file, 0, f"{where} with used_for_choices as true or false", json.dumps(used))
     config, name = merged(config, overrides.config), item["name"]
@@ -158,7 +162,7 @@ def _scene(file: str, item: dict[str, Any], where: str, config: str, overrides: 
     else:
         files = _list(file, item, where, "scenes")
         tracks = FramedTracks.joined([(Path(s).stem, _recorded(file, s, config, overrides)) for s in files])
-    return ExperimentScene(name, tracks, config, tracks.hash, used)
+    return ExperimentScene(name, tracks, config, tracks.played(test_speed).hash, used, test_speed)
 
 
 def _along_curbs(config: str) -> str:

@@ -142,7 +142,8 @@ def score(method: Method, site: TestSite, config: str, *, with_measures: bool) -
     }
     if not with_measures:
         return {}, brief
-    truth_m, means = np.asarray(windows.future_m), modes_of(predictions)
+    truth_m = np.asarray(windows.future_m).reshape(len(windows), windows.steps, 2)
+    means = modes_of(predictions)
     modes = modes_of(found) if stepwise(found) else means
     moving, people = [w["moving"] for w in scored], [person_of(w["track"]) for w in scored]
     more, reliability = measures_of(modes, truth_m, moving, people)
