@@ -302,7 +302,8 @@ void end_tracks(StreamCore& core, StreamId id, const ServiceSettings& settings) 
 void end_if_silent(StreamCore& core, StreamId id, double now_s, const ServiceSettings& settings) {
   const auto stream = core.streams.find(id);
   if (stream == core.streams.end() || !stream->second.clock.now_s) return;
-  if (now_s - *stream->second.clock.now_s >= ServiceConfig::silence_s) end_tracks(core, id, settings);
+  const StreamClock& clock = stream->second.clock;
+  if (now_s - clock.ahead_s.value_or(*clock.now_s) >= ServiceConfig::silence_s) end_tracks(core, id, settings);
 }
 
 void end_stream(StreamCore& core, StreamId id, const ServiceSettings& settings) {

@@ -34,6 +34,21 @@ TEST(StreamClock, OneStrayStampNeverMovesTheClock) {
   }
 }
 
+TEST(StreamClock, OneStampAheadMovesTheClockOnlyIfANewerOneFollows) {
+  for (const double ahead_s : {0.6, 3.0, 9.9}) {
+    StreamClock clock;
+    read(clock, 0.0, false);
+    for (int k = 0; k < 5; ++k) EXPECT_FALSE(read(clock, ahead_s, true).rejection) << "the rows of one frame";
+    EXPECT_EQ(*clock.now_s, 0.0);
+    StreamClock after_pause = clock;
+    EXPECT_FALSE(read(after_pause, ahead_s + 0.2, true).rejection);
+    EXPECT_EQ(*after_pause.now_s, ahead_s + 0.2);
+    EXPECT_FALSE(read(clock, 0.1, true).rejection);
+    EXPECT_FALSE(read(clock, 0.2, true).rejection);
+    EXPECT_EQ(*clock.now_s, 0.2);
+  }
+}
+
 TEST(StreamClock, ManyAgreeingStampsResetTheClock) {
   const ServiceConfig config;
   for (const double jump_s : {-5000.0, 5000.0}) {

@@ -230,7 +230,8 @@ TEST_F(Mqtt, TracksThatWaitAreLearntWhenTheServiceStops) {
   Running service({}, broker.options());
   ASSERT_TRUE(says(service, ": connected"));
   walk(listener, 0, 30);
-  listener.send(R"({"t": 9, "id": "18", "x": 0, "y": 0})");  // the walker has gone
+  listener.send(R"({"t": 9, "id": "18", "x": 0, "y": 0})");
+  listener.send(R"({"t": 9.1, "id": "19", "x": 9, "y": 0})");  // the walker has gone
   ASSERT_TRUE(comes_true([&] { return service.learner->status().waiting_tracks == 1; }));
   service.stop();
   EXPECT_EQ(service.stored, 1);

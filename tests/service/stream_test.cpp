@@ -334,6 +334,20 @@ TEST(OpenTrack, IsCutAtTheGapsThatCutAFile) {
   }
 }
 
+TEST(StreamCore, OneStampAheadEndsNoOtherTrack) {
+  const ServiceSettings settings = service_settings();
+  for (const double ahead_s : {1.0, 3.0, 9.0}) {
+    StreamCore core;
+    for (int k = 0; k <= 60; ++k) {
+      if (k == 20) {
+        EXPECT_FALSE(ingest(core, 1, {"b", 2.0 + ahead_s, {2.0, 9.0}}, 0.0, settings).rejection);
+      }
+      EXPECT_FALSE(ingest(core, 1, {"a", 0.1 * k, {0.1 * k, 0.0}}, 0.0, settings).rejection);
+    }
+    EXPECT_EQ(core.streams.at(1).pedestrians.at("a").track.path.times_s.size(), 61U) << ahead_s;
+  }
+}
+
 TEST(StreamCore, WarnsWhereNoTrackCanBePredicted) {
   const ServiceSettings settings = service_settings();
   for (const double interval_s : {2.0, 0.2}) {

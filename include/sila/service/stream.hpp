@@ -26,12 +26,13 @@ struct ServiceSettings {
   std::optional<Camera> camera = {};  ///< detections are image points [pixels], predictions have `u`, `v` too
 };
 
-/// The clock of a stream: its newest accepted time stamp.
+/// The clock of a stream: its newest accepted time stamp but `ahead_s`.
 struct StreamClock {
-  std::optional<double> now_s;
-  double since_s = 0.0;      ///< first of the stamps that agree with each other but not with the clock
-  double candidate_s = 0.0;  ///< newest of them
-  int agreeing = 0;          ///< number of those stamps, consecutive
+  std::optional<double> now_s = {};
+  std::optional<double> ahead_s = {};  ///< of the last accepted stamp, if it is newer by over service.late_s
+  double since_s = 0.0;                ///< first of the stamps that agree with each other but not with the clock
+  double candidate_s = 0.0;            ///< newest of them
+  int agreeing = 0;                    ///< number of those stamps, consecutive
 };
 
 /// A track that may continue. Invariant: `path` is the last of the trajectories that `clean` makes of `rows`, or empty
