@@ -50,7 +50,7 @@ LiveStream::State::State(LiveStreamOptions options) : path(options.file), stored
   if (path) file = ModelFile::open_or_create(*path);
   if (file && !file->empty()) stored = file->read();
   config = options.config ? *options.config : config_of(stored);
-  validate_fields("LiveStream", config);
+  validate_fields("stream", config);
   validate(config.episode);
   const Model& model = stored.model;
   require_fitting(model, config.episode);
@@ -123,7 +123,7 @@ LiveStream::~LiveStream() = default;
 
 std::vector<LivePrediction> LiveStream::update(double now_s, std::span<const Detection> detections) {
   const std::lock_guard lock(state_->mutex);
-  if (state_->closed) throw std::invalid_argument("LiveStream.update: the stream is closed");
+  if (state_->closed) throw std::invalid_argument("update: the stream is closed");
   bool silent = true;
   for (const Detection& row : detections) {
     const auto rejection = ingest(state_->core, kStream, row, 0.0, state_->settings).rejection;

@@ -159,7 +159,8 @@ TEST(LiveStream, RejectsAConfigurationThatContradictsTheModel) {
   EXPECT_TRUE(says(message_of([&] { LiveStream({.start = model, .config = brief}); }), "predict.observe_s = 2"));
   Config none = small_batches();
   none.service.batch = 0;
-  EXPECT_TRUE(says(message_of([&] { LiveStream({.config = none}); }), "service.batch"));
+  EXPECT_TRUE(says(message_of([&] { LiveStream({.config = none}); }), "stream: service.batch"))
+      << "sila.Stream shows it, too";
 }
 
 TEST(LiveStream, RejectsASceneThatBreaksItsInvariant) {
