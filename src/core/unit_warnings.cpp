@@ -105,15 +105,18 @@ std::vector<double> walking_speeds(std::span<const Trajectory> tracks) {
   return speeds;
 }
 
-std::vector<std::string> unit_warnings(std::span<const Trajectory> tracks, double max_gap_s,
-                                       const std::string& remedy) {
+std::vector<std::string> unit_warnings(std::span<const Trajectory> tracks, double max_gap_s, bool live) {
+  const std::string remedy = live ? "give a camera (--camera, in Python camera=), or send metres and seconds"
+                                  : "give a camera (--camera), metres_per_unit (--metres-per-unit) or, for a new "
+                                    "model, --units pixels (units=\"pixels\")";
   const TrackSummary seen = summary_of(tracks);
   std::vector<std::string> warnings;
   if (seen.rows < kFewRows) return warnings;
   if (seen.interval_s > (1.0 + kStampJitter) * max_gap_s)
     warnings.push_back(concatenate("the samples of a track are ", seen.interval_s,
-                                   " s apart; are the stamps frames or milliseconds? In a CSV file, name their column "
-                                   "frame or t_ms. If they are seconds, set clean.max_gap_s"));
+                                   " s apart; are the stamps frames or milliseconds? ",
+                                   live ? "Send seconds" : "In a CSV file, name their column frame or t_ms",
+                                   ". If they are seconds, set clean.max_gap_s"));
   const bool large = seen.box.sizes().maxCoeff() > kLargePlace_m;
   if (seen.upper_quartile_mps > kRunner_mps) {
     warnings.push_back(concatenate(

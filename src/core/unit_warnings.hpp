@@ -9,16 +9,11 @@
 
 namespace sila {
 
-/// What makes metres of the pixels of a file.
-inline constexpr const char* kFileRemedy =
-    "give a camera (--camera), metres_per_unit (--metres-per-unit) or, for a new model, --units pixels "
-    "(units=\"pixels\")";
-
 /// Warnings about units: positions that look like pixels or centimetres, stamps that look like frames or milliseconds.
 /// Compares the speed and the extent of the tracks of one source, before anything was split; silent on pedestrians in
-/// metres and seconds. Source: own rule, docs/decisions/0021.
-std::vector<std::string> unit_warnings(std::span<const Trajectory> tracks, double max_gap_s,
-                                       const std::string& remedy = kFileRemedy);
+/// metres and seconds. `live`: the remedies are those of a stream, not of a file. Source: own rule,
+/// docs/decisions/0021.
+std::vector<std::string> unit_warnings(std::span<const Trajectory> tracks, double max_gap_s, bool live = false);
 
 /// The median speed of each track that walks, without its pauses [unit of the positions per second]. A track walks if
 /// it lasts 3 s or more and its net displacement is at least half of the sum of its displacements over one second.

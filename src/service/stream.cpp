@@ -83,8 +83,7 @@ void check_units(StreamCore& core, const OpenTrack& track, const ServiceSettings
   }
   if (core.first_tracks.size() < kFirstTracks) return;
   const std::vector<std::string> of_units =
-      unit_warnings(std::exchange(core.first_tracks, {}), settings.clean.max_gap_s,
-                    "give a camera (--camera, in Python camera=), or send metres and seconds");
+      unit_warnings(std::exchange(core.first_tracks, {}), settings.clean.max_gap_s, true);
   core.warnings.insert(core.warnings.end(), of_units.begin(), of_units.end());
   if (of_units.empty() && core.counters.detections < kFirstDetections)
     warn_if_not_predicted(core, counted(kFirstTracks, "track"), settings);

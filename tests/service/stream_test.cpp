@@ -350,11 +350,18 @@ TEST(StreamCore, OneStampAheadEndsNoOtherTrack) {
 
 TEST(StreamCore, WarnsWhereNoTrackCanBePredicted) {
   const ServiceSettings settings = service_settings();
-  for (const double interval_s : {2.0, 0.2}) {
+  struct Case {
+    double interval_s;
+    int rows_of_id;
+    const char* warning;
+  };
+  for (const auto& [interval_s, rows_of_id, warning] :
+       {Case{2.0, 20, "Send seconds"}, Case{0.2, 1, "no prediction was due"}, Case{0.2, 20, nullptr}}) {
     StreamCore core;
     for (int k = 0; core.counters.tracks < 20; ++k)
-      ingest(core, 1, {std::to_string(k / 20), interval_s * k, Vector2(interval_s * (k % 20), 0.0)}, 0.0, settings);
-    EXPECT_EQ(core.warnings.size(), interval_s > 1.0 ? 1U : 0U);
+      ingest(core, 1, {std::to_string(k / rows_of_id), interval_s * k, {interval_s * (k % 20), 0.0}}, 0.0, settings);
+    ASSERT_EQ(core.warnings.size(), warning == nullptr ? 0U : 1U);
+    EXPECT_TRUE(warning == nullptr || says(core.warnings[0], warning)) << core.warnings[0];
   }
 }
 
