@@ -19,6 +19,8 @@ namespace {
 constexpr double kCheckInterval_s = 0.25;
 /// Tracks by which units are checked, and detections until which there must be a prediction.
 constexpr std::uint64_t kFirstTracks = 20, kFirstDetections = 10000;
+/// A stream warns of its ids at this number of contradictory detections, if they are a tenth of all or more.
+constexpr std::uint64_t kManyContradictory = 100;
 
 /// The score of a prediction on a path that has its future; none if the path does not, or has no sample at t0.
 std::optional<WindowScore> score_of(const Prediction& prediction, const Trajectory& path,
@@ -71,6 +73,21 @@ void warn_if_not_predicted(StreamCore& core, const std::string& first, const Ser
                           concatenate(": detections of an id are more than ", settings.clean.max_gap_s,
                                       " s apart (clean.max_gap_s), several have one time stamp, or an id is not that "
                                       "of one person"));
+}
+
+/// Warns once for a stream. `track`: that of the id of the row, without the row.
+void check_ids(StreamCore& core, Stream& stream, const OpenTrack& track, const Detection& row) {
+  ++stream.checked_ids;
+  if (track.rows.empty() || track.rows.back().t_s != row.t_s) return;
+  if ((track.rows.back().position_m - row.position_m).norm() <= CleanConfig::jump_tolerance_m) return;
+  if (++stream.contradictory != kManyContradictory) return;
+  if (stream.checked_ids > 10 * kManyContradictory) {
+    stream.checked_ids = stream.contradictory = 0;
+    return;
+  }
+  core.warnings.push_back(concatenate(kManyContradictory, " of ", stream.checked_ids,
+                                      " detections have the id and the time of another one at another place; give each "
+                                      "person an id of their own, not that of a class"));
 }
 
 /// Once, by the first tracks; before `clean`, which takes apart what moves too fast.
@@ -218,6 +235,7 @@ IngestResult ingest(StreamCore& core, StreamId id, const Detection& given, doubl
   if (pedestrian == nullptr) return result(Rejection::too_many_ids);
   if (++core.counters.detections == kFirstDetections && core.counters.tracks < kFirstTracks)
     warn_if_not_predicted(core, counted(kFirstDetections, "detection"), settings);
+  check_ids(core, stream, pedestrian->track, row);
   const Trajectory& path = pedestrian->track.path;
   const auto start = [&] { return path.times_s.empty() ? std::nullopt : std::optional(path.times_s.front()); };
   const std::optional<double> before_s = start();

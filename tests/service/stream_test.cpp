@@ -365,6 +365,19 @@ TEST(StreamCore, WarnsWhereNoTrackCanBePredicted) {
   }
 }
 
+TEST(StreamCore, WarnsOnceOfOneIdForAllPeople) {
+  const ServiceSettings settings = service_settings();
+  for (const bool one_id : {true, false}) {
+    StreamCore core;
+    for (int k = 0; k < 600; ++k) {
+      const int person = k % 3;
+      ingest(core, 1, {one_id ? "0" : std::to_string(person), 0.1 * (k / 3), {0.0, 5.0 * person}}, 0.0, settings);
+    }
+    ASSERT_EQ(core.warnings.size(), one_id ? 1U : 0U);
+    EXPECT_TRUE(!one_id || says(core.warnings[0], "100 of 150 detections")) << core.warnings[0];
+  }
+}
+
 TEST(StreamCore, WaitsForATrackAsLongAsItsJitterAllows) {
   ServiceSettings settings = service_settings();
   settings.service.late_s = 0.1;

@@ -61,8 +61,10 @@ using StreamId = std::uint64_t;
 struct Stream {
   StreamClock clock;
   std::map<std::string, Pedestrian> pedestrians;
-  std::deque<std::string> due;  ///< tracks whose prediction is due, the longest waiting first
-  double checked_s = 0.0;       ///< when the ends of tracks were last checked
+  std::deque<std::string> due;      ///< tracks whose prediction is due, the longest waiting first
+  double checked_s = 0.0;           ///< when the ends of tracks were last checked
+  std::uint64_t checked_ids = 0;    ///< detections whose id was checked
+  std::uint64_t contradictory = 0;  ///< of them, at another place than the one before of the same id and time
 };
 
 /// Counts of all detections: detections = not_due + predictions + superseded + those in `Stream::due`.
@@ -92,8 +94,8 @@ struct StreamCore {
   Counters counters;
   std::vector<FramedTrajectory> finished;  ///< tracks to learn; the caller removes them
   std::vector<Trajectory> first_tracks;    ///< as received, until `warnings` are made of them
-  std::vector<std::string> warnings;       ///< of other units, or that nothing is predicted; the caller removes them
-  std::vector<WindowScore> windows;        ///< scored windows, if `keep_windows`
+  std::vector<std::string> warnings;  ///< of other units or ids, or that nothing is predicted; the caller removes them
+  std::vector<WindowScore> windows;   ///< scored windows, if `keep_windows`
   bool keep_windows = false;
 };
 
