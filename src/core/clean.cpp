@@ -209,6 +209,9 @@ std::size_t rows_of_shared_stamps(const TrackReport& report) {
   return rows;
 }
 
+/// More jumps than this, and than a tenth of the rows, do not come from re-used ids.
+constexpr std::size_t kManyJumps = 20;
+
 /// A trajectory and the id that the input gave it.
 struct CleanedTrack {
   Trajectory trajectory;
@@ -219,7 +222,7 @@ struct CleanedTrack {
 std::vector<CleanedTrack> clean_source(const Detections& source, const std::string& prefix, const CleanConfig& config,
                                        TrackReport& report) {
   add(report.dropped, source.dropped);
-  const std::size_t shared_before = rows_of_shared_stamps(report);
+  const std::size_t shared_before = rows_of_shared_stamps(report), jumps_before = report.splits_at_jumps;
   const std::vector<RawTrack> tracks = raw_tracks(source, config, report);
   auto& warnings = report.warnings;
   warnings.insert(warnings.end(), source.warnings.begin(), source.warnings.end());
@@ -229,8 +232,13 @@ std::vector<CleanedTrack> clean_source(const Detections& source, const std::stri
     paths.push_back(trajectory_of(track.id, track.samples));
     std::ranges::move(tracklets_of(track, source.source, config, report), std::back_inserter(tracklets));
   }
-  for (const std::string& warning : unit_warnings(paths, config.max_gap_s))
-    warnings.push_back(source.source + ": " + warning);
+  const std::vector<std::string> of_units = unit_warnings(paths, config.max_gap_s);
+  for (const std::string& warning : of_units) warnings.push_back(source.source + ": " + warning);
+  const std::size_t jumps = report.splits_at_jumps - jumps_before;
+  if (of_units.empty() && jumps > std::max(kManyJumps, source.rows.size() / 10))
+    warnings.push_back(source.source + ": tracks jump at " + std::to_string(jumps) + " of " +
+                       counted(source.rows.size(), "row") +
+                       ": are the columns t, x and y in another order, or are the ids not those of persons?");
   if (2 * (rows_of_shared_stamps(report) - shared_before) > source.rows.size())
     warnings.push_back(
         source.source +

@@ -68,6 +68,21 @@ TEST(Clean, WarnsOfStampsInWholeSeconds) {
   EXPECT_TRUE(clean_one(walk("a", 0.0, 40) + walk("b", 0.0, 40)).report.warnings.empty());
 }
 
+TEST(Clean, WarnsOfExchangedColumns) {
+  std::vector<Detection> rows;
+  for (int i = 0; i < 1000; ++i) {
+    const double walked_m = 0.12 * (i % 50), noise_m = 0.1 * std::sin(7.0 * i);
+    const bool along_y = i / 50 % 5 == 0;
+    const Vector2 position_m = along_y ? Vector2(3.0 + noise_m, walked_m) : Vector2(walked_m + noise_m, 3.0);
+    rows.push_back({std::to_string(i / 50), 0.1 * i, position_m});
+  }
+  EXPECT_TRUE(clean_one(rows).report.warnings.empty());
+  for (Detection& row : rows) std::swap(row.t_s, row.position_m.x());
+  const CleanTracks tracks = clean_one(rows);
+  ASSERT_EQ(tracks.report.warnings.size(), 1U);
+  EXPECT_TRUE(says(tracks.report.warnings[0], "are the columns t, x and y in another order"));
+}
+
 TEST(Clean, KeepsAnOrdinaryTrackAsItIs) {
   const CleanTracks tracks = clean_one(walk("17", 5.0, 4));
   ASSERT_EQ(ids_of(tracks), std::vector<std::string>{"17"});
