@@ -61,10 +61,22 @@ export function lit(pedestrians: readonly LivePedestrian[]): Map<number, number>
   return weights;
 }
 
-/** Bounds of trails. They only grow, with a margin, so that the map rarely moves. */
+/** The position of a pedestrian farther from the map is likely faulty [m]. */
+const far_m = 200;
+
+/**
+ * Bounds of trails. They only grow, with a margin, so that the map rarely moves. Trails far away are left out; if most are far away,
+ * the bounds begin anew with them.
+ */
 export function grown(box: Bounds | undefined, seen: readonly { trail: readonly number[] }[], margin: number): Bounds | undefined {
   let next = box;
+  const far = [];
   for (const { trail } of seen) {
+    const [lastX, lastY] = [trail.at(-2)!, trail.at(-1)!];
+    if (next && (lastX < next.x0 - far_m || lastX > next.x1 + far_m || lastY < next.y0 - far_m || lastY > next.y1 + far_m)) {
+      far.push({ trail });
+      continue;
+    }
     for (let i = 0; i + 1 < trail.length; i += 2) {
       const [x, y] = [trail[i]!, trail[i + 1]!];
       if (next && x >= next.x0 && x <= next.x1 && y >= next.y0 && y <= next.y1) continue;
@@ -72,5 +84,5 @@ export function grown(box: Bounds | undefined, seen: readonly { trail: readonly 
         : { x0: x - margin, y0: y - margin, x1: x + margin, y1: y + margin };
     }
   }
-  return next;
+  return far.length > seen.length / 2 ? grown(undefined, far, margin) : next;
 }

@@ -34,3 +34,11 @@ test("the box of the map grows only when a pedestrian leaves it", () => {
   assert.equal(grown(box, at(4, -4), 5), box);
   assert.deepEqual(grown(box, at(8, 0), 5), { x0: -5, y0: -5, x1: 13, y1: 5 });
 });
+
+test("one position far away does not enlarge the map, most positions move it", () => {
+  const at = (...xs: number[]) => xs.map((x) => ({ trail: [x, 0] }));
+  const box = { x0: -5, y0: -5, x1: 5, y1: 5 };
+  assert.equal(grown(box, at(0, 1e6), 5), box);
+  assert.deepEqual(grown(undefined, at(1e6, 0, 1), 5), { x0: -5, y0: -5, x1: 5, y1: 5 });
+  assert.deepEqual(grown(box, at(1e6), 5), { x0: 1e6 - 5, y0: -5, x1: 1e6 + 5, y1: 5 });
+});
