@@ -271,11 +271,6 @@ void bind_framed_tracks(nb::module_& module) {
           "config"_a, "Simulated tracks, cleaned as those of a tracker.")
       .def_static("joined", &joined, "scenes"_a)
       .def("__len__", [](const FramedTracks& f) { return f.tracks.size(); })
-      .def("__add__",
-           [](FramedTracks a, const FramedTracks& b) {
-             a.tracks.insert(a.tracks.end(), b.tracks.begin(), b.tracks.end());
-             return a;
-           })
       .def_prop_ro("ids",
                    [](const FramedTracks& f) {
                      return list_of(f.tracks, [](const FramedTrajectory& placed) { return placed.track.id; });

@@ -14,7 +14,8 @@ from sila.experiments.field import CONFIG, predicted, read_scene
 from sila.experiments.methods import METHODS
 from sila.experiments.methods.cliff import fit_mixture
 from sila.experiments.program import run
-from sila.experiments.protocol import protocol_of, runs_of
+from sila.experiments.protocol import Protocol, protocol_of, runs_of
+from sila.experiments.runner import method_and_batches
 from sila.experiments.sampler import Sampler
 from test_experiments import written
 
@@ -65,6 +66,14 @@ def test_a_method_without_companions_learns_and_predicts_each_person_alone():
     alone = paths("sila without companions", tracks)
     assert np.array_equal(alone, paths("sila", strangers))
     assert not np.array_equal(alone, paths("sila", tracks))
+
+
+def test_people_of_several_scenes_that_are_learnt_at_once_are_strangers(tmp_path):
+    experiment = read_experiment(written(tmp_path, methods=["batch"]))
+    tracks = experiment.scenes[0].tracks
+    _, (joined,) = method_and_batches(experiment, runs_of(experiment)[0], Protocol([tracks, tracks]))
+    assert len(set(joined.ids)) == len(joined) == 2 * len(tracks)
+    assert joined.recordings == [0] * len(tracks) + [1] * len(tracks)
 
 
 WRONG = """

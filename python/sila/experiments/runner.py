@@ -10,9 +10,7 @@ import traceback
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, replace
-from functools import reduce
 from multiprocessing import get_context
-from operator import add
 from pathlib import Path
 from typing import Any
 
@@ -69,7 +67,9 @@ def method_and_batches(experiment: Experiment, run: Run, protocol: Protocol) -> 
         method.begin_with(protocol.elsewhere)
     if not method.at_once:
         return method, list(batches_of(protocol.training, batch))
-    return method, [reduce(add, protocol.training)]
+    if len(protocol.training) == 1:
+        return method, protocol.training
+    return method, [FramedTracks.joined([(str(n), tracks) for n, tracks in enumerate(protocol.training, 1)])]
 
 
 def energy_counters() -> list[tuple[int, int]]:
