@@ -33,9 +33,10 @@ class Predictor:
         self.set_params(**config)
 
     def get_params(self, deep: bool = True) -> dict[str, Any]:
-        """Every parameter: scene, batch, threads, and each configuration field as group__field."""
+        """scene, batch, threads, and each configuration field as group__field; of the fields without `deep`, as for a
+        clone, those that were given, so that another `profile` changes the rest."""
         own = {"scene": self.scene, "batch": self.batch, "threads": self.threads}
-        return {**own, **_flat(default_config(self._settings())), **self._given}  # `profile` changes many fields
+        return {**own, **(_flat(default_config(self._settings())) if deep else {}), **self._given}
 
     def set_params(self, **params: Any) -> Predictor:
         """Raises FormatError for an unknown field or a value out of range."""

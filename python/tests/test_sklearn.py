@@ -76,6 +76,11 @@ def test_a_clone_keeps_the_fields_of_a_profile():
     assert copied.get_params()["predict__own_deviation"] is expected["predict"]["own_deviation"] is True
 
 
+def test_a_search_may_be_over_profiles():
+    copied = clone(sila.Predictor(predict__horizon_s=3.0)).set_params(profile="paper")
+    assert sila.config(copied._settings()) == sila.config({"profile": "paper", "predict.horizon_s": 3.0})
+
+
 def test_cross_validation_and_search(predictor, place):
     folds = KFold(3, shuffle=True, random_state=0)
     scores = cross_val_score(predictor, place.tracks, cv=folds)
