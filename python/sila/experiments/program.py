@@ -11,7 +11,7 @@ from .. import _sila
 from .._config import assignments
 from ..errors import FormatError, UsageError, failed
 from .experiment import Overrides
-from .read import SPLITS, read_experiment
+from .read import RANGES, SPLITS, read_experiment
 from .runner import run_experiment
 
 EXAMPLE = "example: sila experiment experiments/smoke.json --out out/smoke"
@@ -24,6 +24,10 @@ def run(arguments: list[str]) -> int:
             raise UsageError(f"--workers: expected at least 1, found {options.workers}")
         if options.threads < 0:
             raise UsageError(f"--threads: expected at least 0, found {options.threads}")
+        for name in ("trials", "seed"):
+            value, (low, high) = getattr(options, name), RANGES[name]
+            if value is not None and not low <= value <= high:
+                raise UsageError(f"--{name}: expected {low:g} to {high:g}, found {value}")
         if Path(options.out).is_file():
             raise FormatError(options.out, 0, "a folder for the results (--out)", "a file")
         _sila.limit_threads(options.threads)
