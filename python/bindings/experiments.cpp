@@ -76,6 +76,7 @@ std::string hash_of(const FramedTracks& framed) {
   for (const auto& [track, frame] : framed.tracks) {
     add(track.id.data(), track.id.size());
     add("\n", 1);
+    add(&track.recording, sizeof track.recording);
     add(track.times_s.data(), sizeof(double) * track.times_s.size());
     for (const Vector2& p : track.positions_m) add(p.data(), 2 * sizeof(double));
     for (const Vector2& v : {frame.origin_m, frame.axis_1, frame.axis_2, frame.unit_m})

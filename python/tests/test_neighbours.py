@@ -34,6 +34,7 @@ def test_neighbours_are_those_present_at_t0_and_no_later():
     windows = alone.windows("{}", 5.0)
     found = neighbours_of(windows, alone, "{}")
     assert np.isnan(found.positions_m[windows.track_ids.index("second:c")]).all()  # of another recording
+    assert alone.hash != alone.without_companions().hash  # which differs in the recordings alone
 
 
 def test_constant_turn_rate_follows_a_circle():
