@@ -45,7 +45,8 @@ def learn(
     `frames_per_second`: of files with frame numbers.
 
     Raises ValueError for a configuration that the model did not begin with, and without tracks. A UserWarning says when
-    the tracks lie far from what the model knows, when it has learnt them already, and when it has no motion.
+    the tracks lie far from what the model knows, when it has learnt them already, when the samples of a `Track` are too
+    far apart for seconds, and when the model has no motion.
     """
     start = _model("model", model) if model is not None else Model()
     settings = _settings("model", start, config)
@@ -113,6 +114,10 @@ def _some(
     given = as_tracks(tracks, scene=scene, frames_per_second=frames_per_second, config=json.loads(settings))
     if len(given) == 0:
         raise ValueError(f"{verb}: tracks: expected at least one, found none")
+    apart_s = np.median([(track.times_s[-1] - track.times_s[0]) / max(1, len(track) - 1) for track in given])
+    if apart_s > 1.2 * json.loads(settings)["clean"]["max_gap_s"]:  # by `Track`, as others are split at gaps
+        doubt = "are the times milliseconds? If they are seconds, set clean.max_gap_s"
+        warn([f"{verb}: the samples of a track are {apart_s:.3g} s apart; {doubt}"])
     return given
 
 

@@ -105,6 +105,12 @@ def test_fusing_adds_tracks_and_episodes_and_explains_itself(place, model, unsee
     assert why["expect"] and why["reasons"]
 
 
+def test_tracks_in_milliseconds_are_a_warning(model, place):
+    tracks = [sila.Track(track.id, 1000 * track.times_s, track.positions_m) for track in place.tracks[:2]]
+    with pytest.warns(UserWarning, match=r"learn: the samples of a track are \d+ s apart; are the times milliseconds"):
+        sila.learn(tracks, scene=place.scene, model=model)
+
+
 def test_fusing_two_frames_of_one_place_is_a_warning(place, unseen):
     with pytest.warns(UserWarning, match="nothing was fused, as one frame or both were made from tracks"):
         corner = sila.Scene(origin=[-9.0, 9.0], axis_1=[1.0, 0.0], axis_2=[0.0, 1.0], sidewalk_width_m=2.0)
