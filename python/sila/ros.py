@@ -197,9 +197,10 @@ def _head(entity: Any, prediction: Prediction, frame_id: str, lifetime_s: float)
     entity.frame_id = frame_id
     entity.timestamp.FromNanoseconds(round(prediction.t0_s * 1e9))
     entity.lifetime.FromNanoseconds(round(lifetime_s * 1e9))
-    for key, value in _metadata(prediction):
-        entry = entity.metadata.add()
-        entry.key, entry.value = key, value
+    entity.metadata.add(key="track", value=prediction.track)
+    entity.metadata.add(key="fallback", value=str(prediction.fallback).lower())
+    entity.metadata.add(key="novelty", value=f"{prediction.novelty:.3f}")
+    entity.metadata.add(key="weights", value=", ".join(f"{weight:.3f}" for weight in prediction.weights))
 
 
 def _draw(
@@ -218,13 +219,6 @@ def _draw(
             _line(entity, outline, colour, 0.5 * strength, thickness_m=0.04, closed=True)
 
 
-def _metadata(prediction: Prediction) -> Iterator[tuple[str, str]]:
-    yield "track", prediction.track
-    yield "fallback", str(prediction.fallback).lower()
-    yield "novelty", f"{prediction.novelty:.3f}"
-    yield "weights", ", ".join(f"{weight:.3f}" for weight in prediction.weights)
-
-
 def _line(
     entity: Any, points_m: Any, colour: Sequence[float], alpha: float, *, thickness_m: float, closed: bool
 ) -> None:
@@ -235,5 +229,4 @@ def _line(
     line.color.r, line.color.g, line.color.b = colour
     line.color.a = alpha
     for x, y in points_m:
-        point = line.points.add()
-        point.x, point.y = x, y
+        line.points.add(x=x, y=y)
