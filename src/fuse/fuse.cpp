@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <map>
-#include <set>
 
 #include "core/concatenate.hpp"
 #include "core/indices.hpp"
@@ -65,36 +64,10 @@ std::vector<std::vector<SiteCount>> all_counts(const Model& previous, const Mode
   return counts;
 }
 
-/// Removes the edges between primitives that have no site in common. A primitive without transitions belongs to all
-/// sites of its model.
-void keep_sites_apart(SimilarityEdges& graph, const FusionProblem& problem, const JoinedSites& joined,
-                      const std::vector<std::vector<SiteCount>>& counts, std::size_t previous_sites) {
-  std::vector<std::set<int>> sites(static_cast<std::size_t>(problem.primitives()));
-  for (std::size_t t = 0; t < counts.size(); ++t) {
-    for (const int p : {problem.transitions[t].from, problem.transitions[t].to}) {
-      for (const SiteCount& part : counts[t]) sites[static_cast<std::size_t>(p)].insert(part.site);
-    }
-  }
-  for (std::size_t p = 0; p < sites.size(); ++p) {
-    if (!sites[p].empty()) continue;
-    if (static_cast<int>(p) >= problem.previous_primitives)
-      sites[p].insert(joined.of_second.begin(), joined.of_second.end());
-    else
-      for (std::size_t site = 0; site < previous_sites; ++site) sites[p].insert(static_cast<int>(site));
-  }
-  std::erase_if(graph, [&](const Similarity& edge) {
-    const std::set<int>&a = sites[static_cast<std::size_t>(edge.first)],
-          &b = sites[static_cast<std::size_t>(edge.second)];
-    return std::ranges::none_of(a, [&](int site) { return b.contains(site); });
-  });
-}
-
 /// The edges of the similarity graph, and the similarities within a model that case 2 needs.
-std::vector<Similarity> similarities_of(const Model& previous, const Model& incoming, const FusionProblem& problem,
-                                        const JoinedSites& joined, const FuseConfig& config) {
+std::vector<Similarity> similarities_of(const Model& previous, const Model& incoming, const FuseConfig& config) {
   SimilarityEdges graph = similarity_graph(previous, incoming, config.similarity_threshold);
-  if (config.sites == SiteSharing::apart && joined.sites.size() > 1)
-    keep_sites_apart(graph, problem, joined, all_counts(previous, incoming, joined), previous.sites.size());
+  if (config.sites == SiteSharing::apart) keep_sites_apart(graph, previous, incoming);
   SimilarityEdges all = leaf_similarities(graph, previous, incoming);
   all.insert(all.end(), graph.begin(), graph.end());
   return all;
@@ -188,7 +161,8 @@ std::vector<Transition> fused_transitions(const Model& previous, const Increment
 
 /// Alg. 2: the model that a plan describes.
 FuseResult carry_out(FusionProblem problem, FusionPlan plan, const Model& previous, const Increment& incoming,
-                     JoinedSites joined, const FuseConfig& config) {
+                     const FuseConfig& config) {
+  JoinedSites joined = join_sites(previous.sites, incoming.model.sites);
   std::vector<std::vector<SiteCount>> counts =
       counts_of_groups(problem, plan, all_counts(previous, incoming.model, joined), config.split_credit);
   Model model;
@@ -214,12 +188,11 @@ FuseResult fuse(const Model& previous, const Increment& incoming, const FuseConf
   require_compatible("fuse", previous, incoming);
   require_separable("fuse", previous, config.sites);
   require_separable("fuse", incoming.model, config.sites);
-  JoinedSites joined = join_sites(previous.sites, incoming.model.sites);
   FusionProblem problem = joint_problem(previous, incoming.model);  // M^(n), line 4
   problem.similarity_threshold = config.similarity_threshold;
-  problem.similarities = similarities_of(previous, incoming.model, problem, joined, config);  // Eq. 1, 2
-  FusionPlan plan = plan_fusion(problem, config);                                             // cases 1, 2, 3
-  return carry_out(std::move(problem), std::move(plan), previous, incoming, std::move(joined), config);  // Alg. 2
+  problem.similarities = similarities_of(previous, incoming.model, config);           // Eq. 1, 2
+  FusionPlan plan = plan_fusion(problem, config);                                     // cases 1, 2, 3
+  return carry_out(std::move(problem), std::move(plan), previous, incoming, config);  // Alg. 2
 }
 
 FuseResult accumulate(const Model& previous, const Increment& incoming) {
@@ -229,8 +202,7 @@ FuseResult accumulate(const Model& previous, const Increment& incoming) {
   FuseConfig config;
   if (previous.sharing == SiteSharing::shared || incoming.model.sharing == SiteSharing::shared)
     config.sites = SiteSharing::shared;
-  return carry_out(std::move(problem), std::move(plan), previous, incoming,
-                   join_sites(previous.sites, incoming.model.sites), config);
+  return carry_out(std::move(problem), std::move(plan), previous, incoming, config);
 }
 
 }  // namespace sila

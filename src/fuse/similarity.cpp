@@ -5,6 +5,7 @@
 #include <map>
 
 #include "core/concatenate.hpp"
+#include "core/indices.hpp"
 
 namespace sila {
 namespace {
@@ -83,6 +84,23 @@ std::vector<std::pair<int, int>> siblings(const SimilarityEdges& edges) {
   return pairs;
 }
 
+/// The sites of each primitive, by its transitions; all of its model if it has none. `index`: of each site in the list
+/// that both models have in common.
+std::vector<std::vector<SiteCount>> sites_of_primitives(const Model& model, const std::vector<int>& index) {
+  std::vector<std::vector<SiteCount>> sites(model.primitives.size());
+  for (const Transition& transition : model.transitions) {
+    for (const int p : {transition.from, transition.to}) {
+      for (const SiteCount& part : transition.sites)
+        add_count(sites[static_cast<std::size_t>(p)], {index.at(static_cast<std::size_t>(part.site))});
+    }
+  }
+  for (std::vector<SiteCount>& own : sites) {
+    if (!own.empty()) continue;
+    for (const int site : index) add_count(own, {site});
+  }
+  return sites;
+}
+
 }  // namespace
 
 double similarity(const MotionPrimitive& a, const MotionPrimitive& b) {
@@ -116,6 +134,17 @@ SimilarityEdges similarity_graph(const Model& previous, const Model& incoming, d
     }
   }
   return sorted(std::move(edges));
+}
+
+void keep_sites_apart(SimilarityEdges& graph, const Model& previous, const Model& incoming) {
+  const JoinedSites joined = join_sites(previous.sites, incoming.sites);
+  if (joined.sites.size() < 2) return;
+  const auto first = sites_of_primitives(previous, indices<int>(previous.sites.size()));
+  const auto second = sites_of_primitives(incoming, joined.of_second);
+  std::erase_if(graph, [&](const Similarity& edge) {
+    return !share_a_site(first[static_cast<std::size_t>(edge.first)],
+                         second[static_cast<std::size_t>(edge.second) - first.size()]);
+  });
 }
 
 SimilarityEdges leaf_similarities(const SimilarityEdges& graph, const Model& previous, const Model& incoming) {

@@ -54,6 +54,10 @@ const MotionPrimitive& primitive_at(const Model& previous, const Model& incoming
 /// std::invalid_argument if the threshold is not positive. Source: SILA paper, Eq. 2.
 SimilarityEdges similarity_graph(const Model& previous, const Model& incoming, double threshold);
 
+/// Removes the edges between primitives that have no site in common. A primitive without transitions belongs to all
+/// sites of its model.
+void keep_sites_apart(SimilarityEdges& graph, const Model& previous, const Model& incoming);
+
 /// The similarities that case 2 needs: of two primitives of one model with a common neighbour in the graph. Joint
 /// indices, sorted.
 SimilarityEdges leaf_similarities(const SimilarityEdges& graph, const Model& previous, const Model& incoming);
