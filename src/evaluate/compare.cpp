@@ -19,46 +19,21 @@ namespace {
 
 constexpr double kStanding_mps = 0.2;
 
-std::vector<double> arrows_of(const MotionPrimitive& primitive) {
-  std::vector<double> numbers;
-  for (const CellVelocity& entry : primitive.cells)
-    numbers.insert(numbers.end(), {static_cast<double>(entry.cell.x), static_cast<double>(entry.cell.y),
-                                   entry.velocity.x(), entry.velocity.y()});
-  return numbers;
+bool equal(const MotionPrimitive& a, const MotionPrimitive& b) {
+  return std::ranges::equal(a.cells, b.cells, [](const CellVelocity& one, const CellVelocity& other) {
+    return one.cell == other.cell && one.velocity == other.velocity;
+  });
 }
 
-/// For each primitive of `a` the equal one of `b`, in order; -1 if there is none.
-std::vector<int> equal_primitives(const Model& a, const Model& b) {
-  std::multimap<std::vector<double>, int> there;
-  for (std::size_t i = 0; i < b.primitives.size(); ++i) there.emplace(arrows_of(b.primitives[i]), static_cast<int>(i));
-  std::vector<int> partner_of;
-  for (const MotionPrimitive& primitive : a.primitives) {
-    const auto found = there.find(arrows_of(primitive));
-    partner_of.push_back(found == there.end() ? -1 : found->second);
-    if (found != there.end()) there.erase(found);
-  }
-  return partner_of;
-}
-
-/// Adds to `partner_of` the most similar pairs of primitives that have no partner yet, and returns them.
-std::vector<PrimitivePair> add_similar(const Model& a, const Model& b, double threshold, std::vector<int>& partner_of) {
+/// The primitives that may belong together: equal ones, then the most similar ones first.
+SimilarityEdges candidates(const Model& a, const Model& b, double threshold) {
   SimilarityEdges edges = similarity_graph(a, b, threshold);
-  std::ranges::stable_sort(edges, std::ranges::greater{}, &Similarity::value);
-  std::vector<bool> taken(b.primitives.size(), false);
-  for (const int partner : partner_of) {
-    if (partner >= 0) taken[static_cast<std::size_t>(partner)] = true;
-  }
-  std::vector<PrimitivePair> pairs;
-  for (const Similarity& edge : edges) {
-    int& partner = partner_of[static_cast<std::size_t>(edge.first)];
-    const int other = edge.second - static_cast<int>(a.primitives.size());
-    if (partner >= 0 || taken[static_cast<std::size_t>(other)]) continue;
-    partner = other;
-    taken[static_cast<std::size_t>(other)] = true;
-    pairs.push_back({edge.first, other, edge.value});
-  }
-  std::ranges::sort(pairs, std::ranges::less{}, &PrimitivePair::a);
-  return pairs;
+  if (a.sharing == SiteSharing::apart && b.sharing == SiteSharing::apart) keep_sites_apart(edges, a, b);
+  const auto rest = std::ranges::stable_partition(edges, [&](const Similarity& edge) {
+    return equal(primitive_at(a, b, edge.first), primitive_at(a, b, edge.second));
+  });
+  std::ranges::stable_sort(rest, std::ranges::greater{}, &Similarity::value);
+  return edges;
 }
 
 bool same_content(const Model& a, std::size_t i, const Model& b, std::size_t j) {
@@ -109,16 +84,22 @@ CurbTrajectory straight_path(const Vector2& place, const Vector2& velocity, cons
 ModelComparison compare(const Model& a, const Model& b, double similarity_threshold) {
   require_same_settings("compare", a, b);
   ModelComparison comparison;
-  std::vector<int> partner_of = equal_primitives(a, b);
-  comparison.same_primitives =
-      static_cast<std::size_t>(std::ranges::count_if(partner_of, [](int partner) { return partner >= 0; }));
-  comparison.changed_primitives = add_similar(a, b, similarity_threshold, partner_of);
+  std::vector<int> partner_of(a.primitives.size(), -1);
   std::vector<bool> has_partner(b.primitives.size(), false);
-  for (std::size_t i = 0; i < partner_of.size(); ++i) {
-    if (partner_of[i] < 0)
-      comparison.primitives_of_a.push_back(static_cast<int>(i));
+  for (const Similarity& edge : candidates(a, b, similarity_threshold)) {
+    int& partner = partner_of[static_cast<std::size_t>(edge.first)];
+    const std::size_t other = static_cast<std::size_t>(edge.second) - a.primitives.size();
+    if (partner >= 0 || has_partner[other]) continue;
+    partner = static_cast<int>(other);
+    has_partner[other] = true;
+    if (equal(primitive_at(a, b, edge.first), b.primitives[other]))
+      ++comparison.same_primitives;
     else
-      has_partner[static_cast<std::size_t>(partner_of[i])] = true;
+      comparison.changed_primitives.push_back({edge.first, partner, edge.value});
+  }
+  std::ranges::sort(comparison.changed_primitives, {}, &PrimitivePair::a);
+  for (std::size_t i = 0; i < partner_of.size(); ++i) {
+    if (partner_of[i] < 0) comparison.primitives_of_a.push_back(static_cast<int>(i));
   }
   for (std::size_t i = 0; i < has_partner.size(); ++i) {
     if (!has_partner[i]) comparison.primitives_of_b.push_back(static_cast<int>(i));

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "core/indices.hpp"
 #include "sila/train/episode.hpp"
 #include "support/learnt.hpp"
 
@@ -69,6 +70,18 @@ TEST(Compare, NamesWhatWasTakenOutAndWhatWasChanged) {
   const ModelComparison back = compare(other, model, 0.7);
   EXPECT_EQ(back.transitions_of_b, std::vector{gone});
   EXPECT_TRUE(back.transitions_of_a.empty());
+}
+
+TEST(Compare, PairsNoPrimitivesOfSitesThatAreApart) {
+  Model model = learnt(60), elsewhere = model;
+  elsewhere.sites[0].frame.origin_m.x() += 100.0;
+  const std::size_t primitives = model.primitives.size();
+  EXPECT_EQ(compare(model, elsewhere, 0.7).primitives_of_a.size(), primitives);
+  const ModelComparison of_both = compare(accumulate(model, {elsewhere, {}}).model, elsewhere, 0.7);
+  EXPECT_EQ(of_both.same_primitives, primitives);
+  EXPECT_EQ(of_both.primitives_of_a, indices<int>(primitives)) << "of the other site";
+  model.sharing = elsewhere.sharing = SiteSharing::shared;
+  EXPECT_EQ(compare(model, elsewhere, 0.7).same_primitives, primitives);
 }
 
 TEST(Compare, PredictionsOfMoreTracksDifferMoreTheFartherTheyGo) {

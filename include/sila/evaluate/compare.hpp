@@ -39,6 +39,7 @@ struct ModelComparison {
 };
 
 /// Primitives belong together if they are equal, else the most similar pairs of at least the threshold, one to one.
+/// Unless one of the models shares its sites, they must have a site in common.
 /// Throws: std::invalid_argument if the models' settings differ.
 ModelComparison compare(const Model& a, const Model& b, double similarity_threshold);
 
