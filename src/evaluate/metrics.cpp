@@ -56,6 +56,7 @@ Metrics measure(const Prediction& prediction, std::span<const Vector2> truth_m, 
     throw invalid_argument("measure: steps = ", steps, ", but the truth has ", truth_m.size(), " and the prediction ",
                            prediction.times_s.size(), "; predict with this horizon");
   }
+  const std::vector<Vector2> mean_m = mean_path(prediction, steps);  // rejects modes of different lengths
   const auto truth = truth_m.first(steps);
   Metrics metrics;
   metrics.best_mhd_m = metrics.best_ade_m = metrics.best_fde_m = std::numeric_limits<double>::infinity();
@@ -74,7 +75,6 @@ Metrics measure(const Prediction& prediction, std::span<const Vector2> truth_m, 
       metrics.fde_m = fde_m;
     }
   }
-  const std::vector<Vector2> mean_m = mean_path(prediction, steps);
   metrics.mean_path_mhd_m = modified_hausdorff_m(mean_m, truth);
   metrics.mean_path_ade_m = mean_distance_m(mean_m, truth);
   metrics.mean_path_fde_m = (mean_m.back() - truth.back()).norm();

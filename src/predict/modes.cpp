@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "core/concatenate.hpp"
 #include "predict/rollout.hpp"
 
 namespace sila {
@@ -101,6 +102,8 @@ std::span<Rollout> merge_rollouts(std::span<const Rollout> rollouts, std::span<c
 std::vector<Vector2> mean_path(const Prediction& prediction, std::size_t steps) {
   std::vector<Vector2> mean(steps, Vector2::Zero());
   for (const Mode& mode : prediction.modes) {
+    if (mode.path_m.size() < steps)
+      throw invalid_argument("mean_path: steps = ", steps, ", but a mode has ", mode.path_m.size());
     for (std::size_t j = 0; j < steps; ++j) mean[j] += mode.weight * mode.path_m[j];
   }
   return mean;

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "sila/refine/predictor.hpp"
+
 namespace sila {
 namespace {
 
@@ -70,6 +72,14 @@ TEST(Metrics, TheLikelihoodIsAveragedOverSteps) {
 
 TEST(Metrics, RejectATruthThatIsTooShort) {
   EXPECT_THROW(measure(prediction_of({{1.0, 0.0}}), Path(10, Vector2::Zero()), 25), std::invalid_argument);
+}
+
+TEST(Metrics, RejectAModeThatIsTooShort) {
+  Prediction prediction = prediction_of({{0.75, 0.0}, {0.25, 2.0}});
+  EXPECT_THROW(mean_path(prediction, 26), std::invalid_argument);
+  prediction.modes[1].path_m.resize(24);
+  EXPECT_EQ(mean_path(prediction, 24).size(), 24u);
+  EXPECT_THROW(measure(prediction, line_at(0.0), 25), std::invalid_argument);
 }
 
 }  // namespace

@@ -59,7 +59,7 @@ struct Prediction {
   bool mirrored = false;  ///< the axes of the site are mirrored: y points down, so that left of (1, 0) is (0, -1)
 };
 
-/// The modes' mean positions at the first `steps` times, by weight; no mode may be shorter.
+/// The modes' mean positions at the first `steps` times, by weight. Throws: std::invalid_argument if a mode is shorter.
 std::vector<Vector2> mean_path(const Prediction& prediction, std::size_t steps);
 
 /// Memory for the intermediate arrays of a prediction, released all at once. One for each thread; an array lives until
