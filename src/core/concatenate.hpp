@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -13,6 +14,14 @@ std::string concatenate(const Parts&... parts) {
   std::ostringstream text;
   (text << ... << parts);
   return std::move(text).str();
+}
+
+/// The texts of a list with a separator between them; `text_of` gives the text of an entry.
+template <class List, class TextOf = std::identity>
+std::string joined(const List& list, const char* separator, const TextOf& text_of = {}) {
+  std::string text;
+  for (const auto& entry : list) text += (text.empty() ? "" : separator) + std::string(std::invoke(text_of, entry));
+  return text;
 }
 
 /// The error of a wrong argument; its message is the parts, see `concatenate`.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/concatenate.hpp"
 #include "old_settings.hpp"
 #include "sila/core/errors.hpp"
 #include "text_file.hpp"
@@ -81,19 +82,13 @@ const Field& find_field(std::span<const Field> list, std::string_view path) {
                   excerpt(path)};
 }
 
-std::string joined(std::span<const char* const> names) {
-  std::string text;
-  for (const char* name : names) text += (text.empty() ? "" : " | ") + std::string(name);
-  return text;
-}
-
 std::string text_of(const json& value) {
   if (value.is_string()) return value.get<std::string>();
   return value.is_number_float() ? exact(value.get<double>()) : value.dump();
 }
 
 std::string kind_of(const Field& field) {
-  if (!field.choices.empty()) return "one of " + joined(field.choices);
+  if (!field.choices.empty()) return "one of " + joined(field.choices, " | ");
   const json present = field.read();
   return present.is_boolean() ? "true or false" : present.is_number_float() ? "a number" : "a whole number";
 }
@@ -157,7 +152,7 @@ void apply_object(std::span<const Field> list, const std::string& prefix, const 
 }
 
 std::string range_of(const Field& field) {
-  if (!field.choices.empty()) return joined(field.choices);
+  if (!field.choices.empty()) return joined(field.choices, " | ");
   if (field.read().is_boolean()) return "true | false";
   return std::isinf(field.range.min) && std::isinf(field.range.max) ? "any" : describe(field.range);
 }

@@ -8,6 +8,7 @@
 #include <unordered_set>
 #include <utility>
 
+#include "core/concatenate.hpp"
 #include "core/dropped_rows.hpp"
 #include "read_rows.hpp"
 #include "sila/core/errors.hpp"
@@ -16,10 +17,9 @@ namespace sila {
 namespace {
 
 [[noreturn]] void reject_missing(const Scene& scene, std::size_t index) {
-  std::string folders;
-  for (const auto& folder : scene.searched) folders += (folders.empty() ? "" : ", ") + folder.string();
   throw FormatError(scene.path.string(), 0,
-                    "files[" + std::to_string(index) + "].path = a readable file in one of " + folders,
+                    concatenate("files[", index, "].path = a readable file in one of ",
+                                joined(scene.searched, ", ", [](const auto& folder) { return folder.string(); })),
                     "\"" + scene.files[index].path + "\", which is in none of them");
 }
 
@@ -79,9 +79,7 @@ Detections rows_of(const SceneFile& source) {
 /// Throws: FormatError with the counts of dropped rows, if they made no track.
 void require_tracks(const TrackReport& report, const std::string& source) {
   if (report.tracks_kept > 0) return;
-  std::string found;
-  for (const std::string& line : to_lines(report)) found += (found.empty() ? "" : "; ") + line;
-  throw FormatError(source, 0, "at least one track of two samples", found);
+  throw FormatError(source, 0, "at least one track of two samples", joined(to_lines(report), "; "));
 }
 
 /// Whole lines of a text file that follow each other.

@@ -36,18 +36,11 @@ constexpr std::array<TrackFormatText, 19> kFormats{{
     {TrackFormat::opendatacam, "opendatacam", "a JSON array of {\"timestamp\": ..., \"objects\": [...]}"},
 }};
 
-std::string describe(const std::vector<DroppedRows>& dropped) {
-  std::string text;
-  for (const DroppedRows& entry : dropped) {
-    if (!text.empty()) text += "; ";
-    text += to_text(entry);
-  }
-  return text.empty() ? "no row" : text;
-}
-
 TrackFile require_rows(TrackFile file) {
   if (!file.detections.rows.empty()) return file;
-  throw FormatError(file.detections.source, 0, "at least one usable row", describe(file.detections.dropped));
+  const std::string dropped =
+      joined(file.detections.dropped, "; ", [](const DroppedRows& entry) { return to_text(entry); });
+  throw FormatError(file.detections.source, 0, "at least one usable row", dropped.empty() ? "no row" : dropped);
 }
 
 void require_positive(const char* field, const std::optional<double>& value) {
@@ -82,9 +75,7 @@ std::optional<TrackFormat> track_format(std::string_view name) {
 
 TrackFormat required_format(std::string_view name, const std::string& what) {
   if (const auto format = track_format(name)) return *format;
-  std::string known;
-  for (const TrackFormatText& format : kFormats) known += (known.empty() ? "" : ", ") + std::string(format.name);
-  throw std::invalid_argument(what + " is not one of " + known);
+  throw invalid_argument(what, " is not one of ", joined(kFormats, ", ", &TrackFormatText::name));
 }
 
 TrackFile tracks_of_text(const std::string& path, std::string_view text, const ReadOptions& options,
