@@ -102,23 +102,6 @@ def elsewhere(act):
     return report, breach
 
 
-class Peak:
-    """The peak memory of a service since the last reset."""
-
-    def __init__(self, pid):
-        self.pid = pid
-
-    def reset(self):
-        with open(f"/proc/{self.pid}/clear_refs", "w") as file:
-            file.write("5")
-
-    def mb(self):
-        with open(f"/proc/{self.pid}/status") as file:
-            return next(
-                (int(line.split()[1]) / 1024 for line in file if line.startswith("VmHWM")), 0.0
-            )  # 0: it is gone
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--program", default="build/release/cli/sila")
@@ -148,11 +131,11 @@ def main():
             print("the service did not start", service.log, file=sys.stderr)
             return 1
         good = Walkers(port + 1, paths, 10, chance, due_s=3.25)
-        attacks, peak, marks = Attacks(port, size, chance), Peak(service.process.pid), {}
+        attacks, marks = Attacks(port, size, chance), {}
 
         def measure(name, act):
             """Runs one attack and measures the good client."""
-            peak.reset()
+            service.reset_peak()
             begin, due, answered, dropped = time.monotonic(), good.due, good.due_answered, good.dropped
             made = service.metrics()["sila_predictions_total"]
             report, breach = elsewhere(act)
@@ -169,11 +152,11 @@ def main():
             due, answered, dropped = good.due - due, good.due_answered - answered, good.dropped - dropped
             print(
                 f"== {name}: {report}\n   {end - begin:.1f} s; good client: {due} due, {answered} answered, {dropped} superseded, half within {p50:.1f} ms, "
-                f"99 % within {p99:.1f} ms; peak {peak.mb():.0f} MB, then {service.resident_mb():.0f} MB",
+                f"99 % within {p99:.1f} ms; peak {service.peak_mb():.0f} MB, then {service.resident_mb():.0f} MB",
                 flush=True,
             )
-            if peak.mb() > MOST_MB:
-                faults.append(f"{name}: {peak.mb():.0f} MB, more than {MOST_MB:g}")
+            if service.peak_mb() > MOST_MB:
+                faults.append(f"{name}: {service.peak_mb():.0f} MB, more than {MOST_MB:g}")
             if due and not p99 <= options.most_ms:
                 faults.append(f"{name}: 99 % of the good client within {p99:.0f} ms, more than {options.most_ms:g}")
             # Connections take turns: a client that needs less than a fair share gets all of it, one that needs more gets the share.

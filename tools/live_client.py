@@ -64,9 +64,19 @@ class Service:
     def alive(self):
         return self.process.poll() is None
 
-    def resident_mb(self):
+    def resident_mb(self, field="VmRSS"):
+        """Of a service that is gone: 0."""
         with open(f"/proc/{self.process.pid}/status") as file:
-            return int(re.search(r"VmRSS:\s+(\d+)", file.read()).group(1)) / 1024
+            found = re.search(rf"{field}:\s+(\d+)", file.read())
+        return int(found[1]) / 1024 if found else 0.0
+
+    def peak_mb(self):
+        """The most since `reset_peak`."""
+        return self.resident_mb("VmHWM")
+
+    def reset_peak(self):
+        with open(f"/proc/{self.process.pid}/clear_refs", "w") as file:
+            file.write("5")
 
     def metrics(self):
         text = urllib.request.urlopen(f"http://127.0.0.1:{self.port}/metrics", timeout=20).read().decode()
