@@ -3,10 +3,10 @@
 #include <zlib.h>
 
 #include <algorithm>
-#include <numeric>
 #include <set>
 #include <stdexcept>
 
+#include "core/indices.hpp"
 #include "embedded_predictor.hpp"
 #include "encode.hpp"
 #include "io/json_file.hpp"
@@ -26,8 +26,7 @@ using nlohmann::ordered_json;
 
 /// The worst prediction of each track, the worst track first.
 std::vector<std::size_t> worst_of(std::span<const ScoredPrediction> scored) {
-  std::vector<std::size_t> order(scored.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::vector<std::size_t> order = indices(scored.size());
   std::ranges::stable_sort(order, std::ranges::greater{},
                            [&](std::size_t i) { return scored[i].model.weighted_mhd_m; });
   std::set<std::size_t> seen;
