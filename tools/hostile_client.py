@@ -6,7 +6,7 @@ over their bound, or `sila verify` finds something in the model file.
 
     tools/hostile_client.py                  # every attack in full, some minutes
     tools/hostile_client.py --short          # the same attacks, small: about 15 s
-    tools/hostile_client.py --only flood     # one of them
+    tools/hostile_client.py --only long_lines  # one of them
 """
 
 import argparse, json, multiprocessing, os, random, signal, subprocess, sys, tempfile, time
