@@ -29,14 +29,15 @@ constexpr double kWithinShare = 0.7;
 constexpr double kSmallestSquare = 0.1;
 /// Least ratio of the variances of a covariance, so that it is not nearly singular.
 constexpr double kThinnest = 1e-12;
-/// The scale stays within this factor, however different a window is from those learnt.
+/// Limit of the logarithm of the scale by regression, however different a window is from those learnt; that of the
+/// growth with speed is twice this.
 constexpr double kMaxLogScale = 4.0;
 /// The same for the weight of a component; a larger factor makes regions larger (docs/decisions/0107-error-density.md).
 constexpr double kMaxLogWeight = 1.0;
 
 /// Errors grow with this power of the speed beyond the speeds that were learnt (docs/decisions/0138-faster-people.md).
 constexpr double kFastPower = 1.5;
-/// Positions of the features of speed (of the last 0.4 s, and since the first sample), and their divisor.
+/// Positions of the features of speed (of the last 0.4 s, and of the last 3 s), and their divisor.
 constexpr Eigen::Index kLastSpeed = 1, kMeanSpeed = 2;
 constexpr double kSpeedSpread = 0.4;
 
@@ -83,6 +84,7 @@ Matrix2 oriented_covariance(const Vector2& direction, const Vector2& along_acros
 
 ErrorDensity::ErrorDensity(const DensityMoments& moments, int steps, double interval_s, std::size_t state)
     : interval_s_(interval_s), windows_(moments.scale.weight), coefficients_(decltype(coefficients_)::Zero()) {
+  double sum = 0.0, squares = 0.0;  // of the feature of the mean speed
   if (moments.scale.weight > 0.0) {
     Eigen::MatrixXd matrix = moments.scale.features;
     matrix.diagonal().tail(kScaleFeatures - 1).array() += kScaleRidge;
@@ -91,13 +93,10 @@ ErrorDensity::ErrorDensity(const DensityMoments& moments, int steps, double inte
     if (!coefficients_.allFinite()) coefficients_.setZero();
     coefficients_.row(0).setZero();  // the components have the level of each step
     mean_ = moments.scale.features.col(0) / moments.scale.weight;
+    sum = moments.scale.features(kMeanSpeed, 0);
+    squares = moments.scale.features(kMeanSpeed, kMeanSpeed);
   }
-  if (state == kWalking) {
-    const auto sum = [&](Eigen::Index column) {
-      return windows_ > 0.0 ? moments.scale.features(kMeanSpeed, column) : 0.0;
-    };
-    fastest_ = one_deviation_above(windows_, sum(0), sum(kMeanSpeed));
-  }
+  if (state == kWalking) fastest_ = one_deviation_above(windows_, sum, squares);
   const Prior& before = kPriors[state];
   ComponentWeights counts = {};
   for (std::size_t step = 0; step < static_cast<std::size_t>(steps); ++step) {
@@ -117,7 +116,7 @@ ErrorDensity::ErrorDensity(const DensityMoments& moments, int steps, double inte
 }
 
 ErrorScale ErrorDensity::scale(const ScaleFeatures& of_window) const {
-  // The regression is not reliable beyond the speeds that it has seen.
+  // The regression is not reliable beyond most of the speeds that it has seen.
   ScaleFeatures features = of_window;
   for (const Eigen::Index speed : {kLastSpeed, kMeanSpeed}) features[speed] = std::min(features[speed], fastest_);
   const double log_faster = kSpeedSpread * (of_window[kMeanSpeed] - features[kMeanSpeed]);
