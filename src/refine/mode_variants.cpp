@@ -9,7 +9,7 @@
 namespace sila {
 namespace {
 
-/// Tilted weights leave at least this probability within reach, and at least this beyond.
+/// Tilted weights keep the probability within reach at least this far from the least and the largest of a component.
 constexpr double kLeastShare = 0.02;
 /// Largest exponent of the tilt.
 constexpr double kMostTilt = 30.0;
@@ -73,7 +73,7 @@ ComponentWeights standing_weights(const ErrorDensity& density, std::size_t step,
     inside[c] = 1.0 - std::exp(-0.5 * kStandingReach_m * kStandingReach_m / variance_m2);
   }
   const auto [least, most] = std::ranges::minmax(inside);
-  const double low = std::max(kLeastShare, least + kLeastShare), high = std::min(1.0, most) - kLeastShare;
+  const double low = least + kLeastShare, high = most - kLeastShare;
   if (!(low < high)) return scale.weights;
   const double wanted = std::clamp(stays, low, high);
   double from = -kMostTilt, to = kMostTilt;
