@@ -13,8 +13,7 @@ constexpr double kSmallestSine = 0.35;
 /// Axes with a smaller |cosine| stay as they are, bit for bit.
 constexpr double kRightAngle = 1e-9;
 
-template <class... Parts>
-[[noreturn]] void reject_frame(const Parts&... parts) {
+[[noreturn]] void reject_frame(const auto&... parts) {
   throw invalid_argument("curb_frame: ", parts...);
 }
 

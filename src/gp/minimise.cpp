@@ -65,8 +65,7 @@ class StopRule {
   StopRule(int max_iterations, const Column& lower, const Column& upper)
       : max_iterations_(max_iterations), lower_(lower), upper_(upper) {}
 
-  template <class Vector>
-  bool should_continue_search(const Vector& x, double value, const Vector& gradient) {
+  bool should_continue_search(const auto& x, double value, const auto& gradient) {
     double largest = 0.0;
     for (long i = 0; i < x.nr(); ++i) {
       const bool blocked = (x(i) <= lower_(i) && gradient(i) > 0.0) || (x(i) >= upper_(i) && gradient(i) < 0.0);

@@ -24,15 +24,13 @@ void require_at_least_zero(const char* whose, const char* name, double value) {
 }
 
 /// Zero times a finite number is zero, times any other it is NaN: unlike `allFinite`, this uses vector registers.
-template <class Matrix>
-void require_finite(const char* whose, const char* name, const Matrix& matrix) {
+void require_finite(const char* whose, const char* name, const auto& matrix) {
   if (!((matrix.array() * 0.0).sum() == 0.0))
     throw invalid_argument(whose, ": ", name, " holds a number that is not finite");
 }
 
 /// Compares number by number only if not all bits are equal.
-template <class Matrix>
-bool same(const Matrix& a, const Matrix& b) {
+bool same(const auto& a, const auto& b) {
   if (a.rows() != b.rows() || a.cols() != b.cols()) return false;
   return a.size() == 0 || std::memcmp(a.data(), b.data(), static_cast<std::size_t>(a.size()) * sizeof(double)) == 0 ||
          a == b;

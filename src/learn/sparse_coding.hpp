@@ -14,8 +14,7 @@ struct LassoSolution {
 };
 
 /// G s, reading only the columns of coefficients that are not zero.
-template <class Gram>
-Eigen::VectorXd gram_times(const Gram& gram, const Eigen::VectorXd& s) {
+Eigen::VectorXd gram_times(const auto& gram, const Eigen::VectorXd& s) {
   Eigen::VectorXd product = Eigen::VectorXd::Zero(s.size());
   for (Eigen::Index k = 0; k < s.size(); ++k) {
     if (s(k) == 0.0) continue;
@@ -29,8 +28,7 @@ Eigen::VectorXd gram_times(const Gram& gram, const Eigen::VectorXd& s) {
 /// k)` gives an entry of G: only columns of coefficients that move are read, so that a part of a large matrix need not
 /// be copied. Shapes: G n x n symmetric positive semidefinite, products n, start n (>= 0). Columns of (near) zero norm
 /// stay as they are. Source: docs/learn.md, section 3.
-template <class Gram>
-LassoSolution nonnegative_lasso(const Gram& gram, const Eigen::VectorXd& products, double penalty,
+LassoSolution nonnegative_lasso(const auto& gram, const Eigen::VectorXd& products, double penalty,
                                 Eigen::VectorXd start) {
   constexpr int max_sweeps = 200;
   constexpr double tolerance = 1e-6, smallest_norm = 1e-10;

@@ -11,8 +11,7 @@
 namespace sila {
 namespace {
 
-template <class... Parts>
-[[noreturn]] void reject_statistics(const Parts&... parts) {
+[[noreturn]] void reject_statistics(const auto&... parts) {
   throw invalid_argument("error statistics: ", parts...);
 }
 

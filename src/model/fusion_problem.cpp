@@ -8,8 +8,7 @@
 namespace sila {
 namespace {
 
-template <class... Parts>
-[[noreturn]] void reject_problem(const Parts&... parts) {
+[[noreturn]] void reject_problem(const auto&... parts) {
   throw invalid_argument("fusion problem: ", parts...);
 }
 

@@ -13,8 +13,7 @@ namespace {
 /// Sums of the same counts in different orders differ by less, relative to the sum.
 constexpr double kCountRounding = 1e-9;
 
-template <class... Parts>
-[[noreturn]] void reject(const Parts&... parts) {
+[[noreturn]] void reject(const auto&... parts) {
   throw invalid_argument("model: ", parts...);
 }
 

@@ -19,23 +19,16 @@ namespace {
 
 class Writer {
  public:
-  template <std::integral Count>
-  void number(const Count& count) {
-    bytes::append(bytes_, static_cast<std::int64_t>(count));
-  }
+  void number(const std::integral auto& count) { bytes::append(bytes_, static_cast<std::int64_t>(count)); }
   void number(const double& value) { bytes::append(bytes_, value); }
   void cell(const CellKey& cell) {
     bytes::append(bytes_, static_cast<std::uint32_t>(cell.x));
     bytes::append(bytes_, static_cast<std::uint32_t>(cell.y));
   }
-  template <class Part>
-  void packed(const Part& part) {
-    bytes::append_text(bytes_, bytes::of_numbers(pack(part)));
-  }
-  template <class Element, class Members>
-  void list(const std::vector<Element>& elements, Members&& members) {
+  void packed(const auto& part) { bytes::append_text(bytes_, bytes::of_numbers(pack(part))); }
+  void list(const auto& elements, auto&& members) {
     number(elements.size());
-    for (const Element& element : elements) members(*this, element);
+    for (const auto& element : elements) members(*this, element);
   }
   std::string bytes() && { return std::move(bytes_); }
 
@@ -61,8 +54,7 @@ class Reader {
   void packed(Part& part) {
     part = unpack<Part>(bytes::to_numbers(rest_.take(rest_.word())));
   }
-  template <class Element, class Members>
-  void list(std::vector<Element>& elements, Members&& members) {
+  void list(auto& elements, auto&& members) {
     for (std::uint64_t rest = rest_.word(); rest > 0; --rest) members(*this, elements.emplace_back());
   }
   void finish() const {

@@ -14,8 +14,7 @@
 namespace sila {
 namespace {
 
-template <class... Parts>
-[[noreturn]] void reject_blob(const Parts&... parts) {
+[[noreturn]] void reject_blob(const auto&... parts) {
   throw invalid_argument("unpack: ", parts...);
 }
 
@@ -25,12 +24,8 @@ template <class... Parts>
 class Packer {
  public:
   void number(double value) { numbers_.push_back(value); }
-  template <class Count>
-  void count(const Count& value) {
-    number(static_cast<double>(value));
-  }
-  template <class Derived>
-  void matrix(const Eigen::PlainObjectBase<Derived>& matrix) {
+  void count(const auto& value) { number(static_cast<double>(value)); }
+  void matrix(const auto& matrix) {
     count(matrix.rows());
     count(matrix.cols());
     numbers_.insert(numbers_.end(), matrix.data(), matrix.data() + matrix.size());
@@ -42,15 +37,11 @@ class Packer {
       numbers_.insert(numbers_.end(), &matrix(column, column), matrix.data() + (column + 1) * matrix.rows());
   }
   void symmetric(const Eigen::MatrixXd& matrix) { lower_triangle(matrix); }
-  template <class Element>
-  void list(const std::vector<Element>& elements) {
+  void list(const auto& elements) {
     count(elements.size());
-    for (const Element& element : elements) members(*this, element);
+    for (const auto& element : elements) members(*this, element);
   }
-  template <class Choice>
-  void choice(const Choice& value, std::size_t) {
-    count(value);
-  }
+  void choice(const auto& value, std::size_t) { count(value); }
   /// Of a part that may be left out at the end.
   bool has(bool present) const { return present; }
   void require(bool, const char*) const {}
@@ -101,13 +92,12 @@ class Unpacker {
     lower_triangle(matrix);
     matrix.triangularView<Eigen::StrictlyUpper>() = matrix.transpose();
   }
-  template <class Element>
-  void list(std::vector<Element>& elements) {
+  void list(auto& elements) {
     std::size_t length = 0;
     count(length);
     if (length > rest_.size()) reject_blob("a list goes over the end");  // an element has a number at least
     elements.resize(length);
-    for (Element& element : elements) members(*this, element);
+    for (auto& element : elements) members(*this, element);
   }
   template <class Choice>
   void choice(Choice& value, std::size_t choices) {
