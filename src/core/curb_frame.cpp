@@ -31,11 +31,10 @@ void require_positive(const char* name, double value) {
 
 CurbFrame make_curb_frame(const Vector2& origin_m, const Vector2& axis_1, const Vector2& axis_2,
                           double sidewalk_width_m) {
-  CurbFrame frame;
-  frame.origin_m = origin_m;
-  frame.axis_1 = unit_axis("axis_1", axis_1);
-  frame.axis_2 = unit_axis("axis_2", axis_2);
-  frame.sidewalk_width_m = sidewalk_width_m;
+  const CurbFrame frame{.origin_m = origin_m,
+                        .axis_1 = unit_axis("axis_1", axis_1),
+                        .axis_2 = unit_axis("axis_2", axis_2),
+                        .sidewalk_width_m = sidewalk_width_m};
   validate(frame);
   return frame;
 }
@@ -68,8 +67,7 @@ void validate(const CurbFrame& frame) {
 
 Matrix2 world_from_curb(const CurbFrame& frame) {
   Matrix2 matrix;
-  matrix.col(0) = frame.axis_1 * frame.unit_m.x();
-  matrix.col(1) = frame.axis_2 * frame.unit_m.y();
+  matrix << frame.axis_1 * frame.unit_m.x(), frame.axis_2 * frame.unit_m.y();
   return matrix;
 }
 

@@ -43,16 +43,14 @@ Eigen::MatrixXd lower_factor(const SparseGp& gp, const char* function) {
 SparseGp unchecked_prior(const Kernel& kernel, double noise_variance, const Eigen::MatrixXd& pseudo_inputs,
                          const Eigen::VectorXd& mean, double jitter) {
   const Eigen::Index size = pseudo_inputs.cols();
-  SparseGp gp;
-  gp.kernel = kernel;
-  gp.noise_variance = noise_variance;
-  gp.pseudo_inputs = pseudo_inputs;
-  gp.mean = mean;
-  gp.information = Eigen::MatrixXd::Zero(size, size);
-  gp.response = Eigen::MatrixXd::Zero(size, mean.size());
-  gp.mean_response = Eigen::VectorXd::Zero(size);
-  gp.jitter = jitter;
-  return gp;
+  return {.kernel = kernel,
+          .noise_variance = noise_variance,
+          .pseudo_inputs = pseudo_inputs,
+          .mean = mean,
+          .information = Eigen::MatrixXd::Zero(size, size),
+          .response = Eigen::MatrixXd::Zero(size, mean.size()),
+          .mean_response = Eigen::VectorXd::Zero(size),
+          .jitter = jitter};
 }
 
 Eigen::MatrixXd whitened(const Eigen::MatrixXd& lower, Eigen::MatrixXd cross) {

@@ -159,12 +159,8 @@ LearnResult learn_together(std::span<const CurbTrajectory> tracks, const ModelSe
 
 ModelSettings begin_settings(double reference_width_m, CurbScaling scaling, double sample_interval_s,
                              const GridConfig& config) {
-  ModelSettings settings;
-  settings.grid = {config.cell_m / reference_width_m, Vector2::Zero(), config.tile_cells};
-  settings.scaling = scaling;
-  settings.sample_interval_s = sample_interval_s;
-  settings.reference_width_m = reference_width_m;
-  return settings;
+  const Grid grid{config.cell_m / reference_width_m, Vector2::Zero(), config.tile_cells};
+  return {grid, scaling, sample_interval_s, reference_width_m};
 }
 
 LearnResult learn(std::span<const CurbTrajectory> tracks, const ModelSettings& settings, const LearnConfig& config,
