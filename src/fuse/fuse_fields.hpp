@@ -6,7 +6,7 @@
 
 #include "sila/gp/sparse_gp.hpp"
 #include "sila/model/fusion_problem.hpp"
-#include "sila/model/increment.hpp"
+#include "sila/model/model.hpp"
 
 namespace sila {
 

@@ -8,7 +8,7 @@
 #include "learn/dictionary.hpp"
 #include "sila/core/trajectory.hpp"
 #include "sila/learn/learn.hpp"
-#include "sila/model/increment.hpp"
+#include "sila/model/model.hpp"
 
 namespace sila {
 

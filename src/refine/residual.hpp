@@ -8,7 +8,6 @@
 #include "gp/posterior.hpp"
 #include "sila/core/trajectory.hpp"
 #include "sila/gp/sparse_gp.hpp"
-#include "sila/model/increment.hpp"
 #include "sila/model/model.hpp"
 #include "sila/predict/prediction.hpp"
 #include "sila/refine/config.hpp"

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "sila/io/model_file.hpp"
-#include "sila/model/increment.hpp"
+#include "sila/model/model.hpp"
 #include "support/message_of.hpp"
 #include "support/scratch.hpp"
 

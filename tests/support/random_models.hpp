@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "gp/fit.hpp"
-#include "sila/model/increment.hpp"
+#include "sila/model/model.hpp"
 
 namespace sila {
 

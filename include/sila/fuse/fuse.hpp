@@ -3,7 +3,6 @@
 #include "sila/core/fields.hpp"
 #include "sila/gp/sparse_gp.hpp"
 #include "sila/model/fusion_problem.hpp"
-#include "sila/model/increment.hpp"
 #include "sila/model/model.hpp"
 #include "sila/model/site.hpp"
 

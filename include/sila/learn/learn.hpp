@@ -7,7 +7,7 @@
 #include "sila/core/fields.hpp"
 #include "sila/core/trajectory.hpp"
 #include "sila/gp/sparse_gp.hpp"
-#include "sila/model/increment.hpp"
+#include "sila/model/model.hpp"
 
 namespace sila {
 
