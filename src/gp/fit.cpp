@@ -126,8 +126,7 @@ SparseGp fit_sparse_gp(const GpData& data, const Hyperparameters& start, const G
   const bool optimised = config.pseudo_inputs == PseudoInputChoice::optimised;
   if (!optimised || points < config.min_points_to_optimise) return greedy_fit(data, start, mean, config);
   const Fit fit = optimise({data.inputs, data.outputs.rowwise() - mean.transpose()}, start, config);
-  return condition(prior_gp(fit.theta.kernel, fit.theta.noise_variance, fit.pseudo_inputs, mean), data.inputs,
-                   data.outputs);
+  return condition(prior_gp(fit.theta.kernel, fit.theta.noise_variance, fit.pseudo_inputs, mean), data);
 }
 
 }  // namespace sila

@@ -54,12 +54,11 @@ SparseGp prior_gp(const Kernel& kernel, double noise_variance, const Eigen::Matr
   return gp;
 }
 
-SparseGp condition(const SparseGp& gp, const Eigen::MatrixXd& inputs, const Eigen::MatrixXd& outputs) {
+SparseGp condition(const SparseGp& gp, const GpData& data) {
   validate(gp);
-  validate("condition", {inputs, outputs}, gp.pseudo_inputs.rows(), gp.mean.size());
+  validate("condition", data, gp.pseudo_inputs.rows(), gp.mean.size());
   SparseGp updated = gp;
-  if (inputs.cols() == 0) return updated;
-  detail::add_data(updated, {inputs, outputs}, detail::lower_factor(gp, "condition"));
+  if (data.inputs.cols() > 0) detail::add_data(updated, data, detail::lower_factor(gp, "condition"));
   return updated;
 }
 

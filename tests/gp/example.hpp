@@ -53,9 +53,6 @@ inline GpData joined(const GpData& a, const GpData& b) {
   both.outputs << a.outputs, b.outputs;
   return both;
 }
-inline SparseGp condition(const SparseGp& gp, const GpData& data) {
-  return sila::condition(gp, data.inputs, data.outputs);
-}
 
 /// Mean and variance of the latent function at one point.
 struct GpPrediction {

@@ -61,7 +61,7 @@ TEST(SparseGp, ConditioningInAnyOrderIsOneFit) {
     const SparseGp once = condition(prior, data);
     SparseGp pieces = prior;
     for (const Eigen::Index begin : {40, 0, 20}) {
-      pieces = sila::condition(pieces, data.inputs.middleCols(begin, 20), data.outputs.middleRows(begin, 20));
+      pieces = condition(pieces, {data.inputs.middleCols(begin, 20), data.outputs.middleRows(begin, 20)});
     }
     EXPECT_TRUE(pieces.information.isApprox(once.information, 1e-12));
     EXPECT_TRUE(pieces.response.isApprox(once.response, 1e-12));
@@ -114,8 +114,8 @@ TEST(Posterior, MatchesTheTextbookWithManyPseudoInputs) {
     const GpData data = make.data(2, 400, 2);
     const SparseGp known = fit_sparse_gp(data, theta, config);
     ASSERT_EQ(known.pseudo_inputs.cols(), 90);
-    const SparseGp gp = sila::condition(prior_on(theta, known.pseudo_inputs, known.mean), data.inputs.leftCols(seen),
-                                        data.outputs.topRows(seen));
+    const SparseGp gp = condition(prior_on(theta, known.pseudo_inputs, known.mean),
+                                  {data.inputs.leftCols(seen), data.outputs.topRows(seen)});
     const Posterior posterior(gp);
     for (int i = 0; i < 40; ++i) {
       const Eigen::Vector2d x = make.points(2, 1, 9.0);
@@ -269,16 +269,13 @@ TEST(PriorGp, RaisesTheJitterForCopiesOfAPseudoInput) {
 TEST(CallersMistakes, AreNamed) {
   const SparseGp gp = example_prior({0, 2});
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(message_of([&] {
-              sila::condition(gp, row({0, 1}), vector({1}));
-            }),
-            "condition: outputs is 1 x 1, must be 2 x 1");
-  EXPECT_EQ(message_of([&] { sila::condition(gp, Eigen::MatrixXd::Zero(2, 1), vector({1})); }),
-            "condition: inputs is 2 x 1, must be 1 x 1");
-  EXPECT_EQ(message_of([&] { sila::condition(gp, row({nan}), vector({1})); }),
-            "condition: inputs holds a number that is not finite");
-  EXPECT_EQ(message_of([&] { sila::condition(gp, row({1}), vector({nan})); }),
-            "condition: outputs holds a number that is not finite");
+  const auto message_for = [&](const Eigen::MatrixXd& inputs, const Eigen::MatrixXd& outputs) {
+    return message_of([&] { condition(gp, {inputs, outputs}); });
+  };
+  EXPECT_EQ(message_for(row({0, 1}), vector({1})), "condition: outputs is 1 x 1, must be 2 x 1");
+  EXPECT_EQ(message_for(Eigen::MatrixXd::Zero(2, 1), vector({1})), "condition: inputs is 2 x 1, must be 1 x 1");
+  EXPECT_EQ(message_for(row({nan}), vector({1})), "condition: inputs holds a number that is not finite");
+  EXPECT_EQ(message_for(row({1}), vector({nan})), "condition: outputs holds a number that is not finite");
   EXPECT_EQ(message_of([&] { prior_gp(unit_kernel(), -1.0, row({0}), vector({0})); }),
             "sparse_gp: noise_variance = -1, must be positive and finite");
   EXPECT_EQ(message_of([&] {

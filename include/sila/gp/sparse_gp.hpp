@@ -61,7 +61,7 @@ SparseGp prior_gp(const Kernel& kernel, double noise_variance, const Eigen::Matr
 /// Adds data under the GP's own pseudo-inputs and kernel; exact, in any order.
 /// Shapes: inputs D x n, outputs n x P.
 /// Throws: std::invalid_argument for wrong shapes or NaN. Source: docs/gp.md, section 2 (FITC).
-SparseGp condition(const SparseGp& gp, const Eigen::MatrixXd& inputs, const Eigen::MatrixXd& outputs);
+SparseGp condition(const SparseGp& gp, const GpData& data);
 
 /// Throws: std::invalid_argument naming the first field of wrong shape, not finite, or out of range.
 void validate(const SparseGp& gp);
