@@ -7,7 +7,7 @@
 #include <map>
 #include <stdexcept>
 
-#include "fuse/similarity.hpp"
+#include "fuse/steps.hpp"
 #include "gp/flow_posterior.hpp"
 #include "model/same_settings.hpp"
 #include "sila/core/sampling.hpp"

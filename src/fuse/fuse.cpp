@@ -7,8 +7,7 @@
 
 #include "core/concatenate.hpp"
 #include "core/indices.hpp"
-#include "fuse/fuse_fields.hpp"
-#include "fuse/similarity.hpp"
+#include "fuse/steps.hpp"
 #include "model/same_settings.hpp"
 
 namespace sila {

@@ -1,7 +1,6 @@
-#include "fuse/fuse_fields.hpp"
-
 #include <algorithm>
 
+#include "fuse/steps.hpp"
 #include "gp/fuse_gps.hpp"
 
 namespace sila {

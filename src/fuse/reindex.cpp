@@ -3,7 +3,7 @@
 #include <tuple>
 
 #include "core/indices.hpp"
-#include "fuse/similarity.hpp"
+#include "fuse/steps.hpp"
 #include "sila/fuse/fuse.hpp"
 
 namespace sila {

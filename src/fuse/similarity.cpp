@@ -1,11 +1,10 @@
-#include "fuse/similarity.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <map>
 
 #include "core/concatenate.hpp"
 #include "core/indices.hpp"
+#include "fuse/steps.hpp"
 
 namespace sila {
 namespace {

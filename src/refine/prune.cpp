@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "core/indices.hpp"
-#include "fuse/fuse_fields.hpp"
+#include "fuse/steps.hpp"
 #include "gp/fuse_gps.hpp"
 #include "overlap.hpp"
 #include "refine/residual.hpp"

@@ -6,7 +6,7 @@
 #include <map>
 #include <utility>
 
-#include "fuse/fuse_fields.hpp"
+#include "fuse/steps.hpp"
 #include "gp/fit.hpp"
 #include "gp/fuse_gps.hpp"
 #include "learn/transitions.hpp"

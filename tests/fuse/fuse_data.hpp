@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "fuse/fuse_fields.hpp"
+#include "fuse/steps.hpp"
 #include "sila/fuse/fuse.hpp"
 
 namespace sila {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include "fuse/similarity.hpp"
+#include "fuse/steps.hpp"
 #include "fuse_data.hpp"
 #include "sila/io/reports.hpp"
 #include "sila/model/packing.hpp"

@@ -6,7 +6,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "fuse/similarity.hpp"
+#include "fuse/steps.hpp"
 #include "sila/fuse/fuse.hpp"
 #include "support/random_models.hpp"
 

@@ -1,9 +1,8 @@
-#include "fuse/similarity.hpp"
-
 #include <gtest/gtest.h>
 
 #include <stdexcept>
 
+#include "fuse/steps.hpp"
 #include "fuse_data.hpp"
 #include "support/random_models.hpp"
 
