@@ -13,7 +13,7 @@
 #include "../gp_data.hpp"
 #include "gp/fit.hpp"
 #include "gp/statistics.hpp"
-#include "learn/dictionary.hpp"
+#include "learn/steps.hpp"
 #include "sila/config.hpp"
 #include "sila/core/sampling.hpp"
 #include "sila/learn/learn.hpp"

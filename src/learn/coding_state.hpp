@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "learn/dictionary.hpp"
+#include "learn/steps.hpp"
 
 namespace sila {
 

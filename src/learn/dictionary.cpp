@@ -1,5 +1,3 @@
-#include "learn/dictionary.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -8,6 +6,7 @@
 #include <utility>
 
 #include "coding_state.hpp"
+#include "learn/steps.hpp"
 
 namespace sila {
 namespace {

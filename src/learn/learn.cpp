@@ -8,8 +8,7 @@
 #include <utility>
 
 #include "gp/fit.hpp"
-#include "learn/dictionary.hpp"
-#include "learn/transitions.hpp"
+#include "learn/steps.hpp"
 
 namespace sila {
 namespace {

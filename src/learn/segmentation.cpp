@@ -1,7 +1,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 
-#include "learn/transitions.hpp"
+#include "learn/steps.hpp"
 
 namespace sila {
 namespace {

@@ -1,8 +1,8 @@
-#include "learn/transitions.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <set>
+
+#include "learn/steps.hpp"
 
 namespace sila {
 namespace {

@@ -9,7 +9,7 @@
 #include "fuse/steps.hpp"
 #include "gp/fit.hpp"
 #include "gp/fuse_gps.hpp"
-#include "learn/transitions.hpp"
+#include "learn/steps.hpp"
 #include "refine/residual.hpp"
 
 namespace sila {

@@ -1,5 +1,3 @@
-#include "learn/dictionary.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,6 +6,7 @@
 #include <random>
 
 #include "learn/sparse_coding.hpp"
+#include "learn/steps.hpp"
 #include "sila/core/sampling.hpp"
 #include "support/walks.hpp"
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "learn/transitions.hpp"
+#include "learn/steps.hpp"
 #include "sila/core/sampling.hpp"
 #include "sila/learn/learn.hpp"
 #include "support/message_of.hpp"
