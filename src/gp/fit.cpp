@@ -4,7 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "minimise.hpp"
 #include "statistics.hpp"
 
 namespace sila {

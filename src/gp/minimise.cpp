@@ -1,7 +1,7 @@
-#include "minimise.hpp"
-
 #include <algorithm>
 #include <cmath>
+
+#include "statistics.hpp"
 
 // Only the headers of dlib are used. Debian's configuration of dlib would require BLAS and LAPACK, which vectors of
 // about ten numbers do not need, and a link-time check against the library of dlib, which is not linked.

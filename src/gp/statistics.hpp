@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <vector>
 
 #include "sila/gp/sparse_gp.hpp"
@@ -85,5 +86,21 @@ Selection select_greedily(const Kernel& kernel, const Eigen::MatrixXd& candidate
 /// of the data, subsampled. A pseudo-input is kept in the model, and so must not be a point of a pedestrian's track
 /// (docs/decisions/0094-pseudo-inputs-on-a-lattice.md).
 Eigen::MatrixXd candidates_for(const Kernel& kernel, const Eigen::MatrixXd& points);
+
+struct ValueAndGradient {
+  double value = 0.0;
+  Eigen::VectorXd gradient;
+};
+
+/// The start of the search, its box, and the typical steps: the distances by which each number must change for about
+/// the same change of the objective. The optimiser works in units of these.
+struct SearchBox {
+  Eigen::VectorXd start, lower, upper, typical_step;
+};
+
+/// A local minimum in the box [lower, upper], by dlib's box-constrained L-BFGS; never worse than the start, which is
+/// clamped to the box. See docs/decisions/0010 for the choice.
+Eigen::VectorXd minimise_in_box(const std::function<ValueAndGradient(const Eigen::VectorXd&)>& objective,
+                                const SearchBox& box, int max_iterations);
 
 }  // namespace sila::detail
