@@ -129,14 +129,10 @@ Basis fused_basis(Parts parts, const GpData& data, const Kernel& kernel, const G
   }
   if (const SparseGp* dominant = dominant_part(parts, data, kernel, config))
     return {dominant->pseudo_inputs, detail::lower_factor(*dominant, "fuse_gps"), dominant->jitter};
-  Eigen::Index count = fresh.cols();
-  for (const SparseGp* part : parts) count += part->pseudo_inputs.cols();
-  Eigen::MatrixXd candidates(fresh.rows(), count);
-  candidates.leftCols(fresh.cols()) = fresh;
-  Eigen::Index filled = fresh.cols();
+  Eigen::MatrixXd candidates = fresh;
   for (const SparseGp* part : parts) {
-    candidates.middleCols(filled, part->pseudo_inputs.cols()) = part->pseudo_inputs;
-    filled += part->pseudo_inputs.cols();
+    candidates.conservativeResize(Eigen::NoChange, candidates.cols() + part->pseudo_inputs.cols());
+    candidates.rightCols(part->pseudo_inputs.cols()) = part->pseudo_inputs;
   }
   candidates = candidates(Eigen::all, sorted_order(candidates)).eval();
   auto selection = detail::select_greedily(kernel, candidates, config.max_fused_pseudo_inputs, config.selection_stop,
