@@ -25,6 +25,10 @@ void require_sums(const char* name, const Sums& sums, const Sums& like) {
   } else if constexpr (std::same_as<Sums, Eigen::MatrixXd>) {
     if (sums.rows() != like.rows() || sums.cols() != like.cols()) reject(" is a regression on other features");
     if (!sums.allFinite()) reject(" has a number that is not finite");
+  } else if constexpr (std::same_as<Sums, ErrorMoments>) {
+    require_sums(name, sums.weight, like.weight);
+    // One is a difference of squares, which rounding may leave a little below 0.
+    for (const double sum : {sums.along, sums.across}) require_sums(name, sum + 1e-6, 0.0);
   } else if constexpr (requires { parts_of(sums); }) {
     const auto require_all = [&](const auto&... parts) {
       std::apply([&](const auto&... alike) { (require_sums(name, parts, alike), ...); }, parts_of(like));
