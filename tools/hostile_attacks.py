@@ -201,12 +201,12 @@ class Attacks:
     def absurd_numbers(self):
         numbers = f'1e400 -1e400 1e308 -1e308 1e13 NaN Infinity {"1" * 400} -0 1e-400 true null "1" []'.split()
         lines = "".join(
-            f'{{"t":{n if k == 0 else 1},"id":"n","x":{n if k == 1 else 0},"y":{n if k == 2 else 0}}}\n'
+            f'{{"t":{n if k == 0 else 0},"id":"n","x":{n if k == 1 else 0},"y":{n if k == 2 else 0}}}\n'
             for n in numbers
             for k in range(3)
         )
         ids = "".join(
-            f'{{"t":1,"id":{n},"x":0,"y":0}}\n'
+            f'{{"t":0,"id":{n},"x":0,"y":0}}\n'
             for n in ["1e400", "1" * 400, "1.5", '""', '"' + "a" * 65 + '"', "null", "{}"]
         )
         return self.expect(

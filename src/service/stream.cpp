@@ -233,7 +233,8 @@ IngestResult ingest(StreamCore& core, StreamId id, const Detection& given, doubl
   end_overdue(core, stream, settings);
   Pedestrian* const pedestrian = pedestrian_of(core, stream, row, settings);
   if (pedestrian == nullptr) return result(Rejection::too_many_ids);
-  if (++core.counters.detections == kFirstDetections && core.counters.tracks < kFirstTracks)
+  const bool said = stream.contradictory >= kManyContradictory;
+  if (++core.counters.detections == kFirstDetections && core.counters.tracks < kFirstTracks && !said)
     warn_if_not_predicted(core, counted(kFirstDetections, "detection"), settings);
   check_ids(core, stream, pedestrian->track, row);
   const Trajectory& path = pedestrian->track.path;

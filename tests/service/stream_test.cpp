@@ -293,7 +293,7 @@ TEST(StreamCore, WarnsOnceIfAnIdIsNotThatOfOnePerson) {
   for (int k = 0; k < 12000; ++k)
     ingest(core, 1, {"-1", 0.05 * (k / 2), {0.0, k % 2 == 0 ? 0.0 : 9.0}}, 0.0, service_settings());
   ASSERT_EQ(core.warnings.size(), 1u);
-  EXPECT_TRUE(says(core.warnings[0], "an id is not that of one person"));
+  EXPECT_TRUE(says(core.warnings[0], "give each person an id of their own"));
 }
 
 TEST(StreamCore, TheLongestWaitingPredictionIsMadeFirst) {
