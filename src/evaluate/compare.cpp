@@ -29,10 +29,10 @@ bool equal(const MotionPrimitive& a, const MotionPrimitive& b) {
 SimilarityEdges candidates(const Model& a, const Model& b, double threshold) {
   SimilarityEdges edges = similarity_graph(a, b, threshold);
   if (a.sharing == SiteSharing::apart && b.sharing == SiteSharing::apart) keep_sites_apart(edges, a, b);
-  const auto rest = std::ranges::stable_partition(edges, [&](const Similarity& edge) {
+  const auto rest = std::stable_partition(edges.begin(), edges.end(), [&](const Similarity& edge) {
     return equal(primitive_at(a, b, edge.first), primitive_at(a, b, edge.second));
   });
-  std::ranges::stable_sort(rest, std::ranges::greater{}, &Similarity::value);
+  std::stable_sort(rest, edges.end(), [](const Similarity& x, const Similarity& y) { return x.value > y.value; });
   return edges;
 }
 
