@@ -2,7 +2,6 @@
 place. Nothing of it is part of this repository."""
 
 import sys
-import time
 
 import numpy as np
 from sila.experiments import Forecast, Method
@@ -22,7 +21,7 @@ torch.set_num_threads(1)
 class Mdn(Method):
     """`place`: the last position and the heading are inputs as well, so that it can learn the place."""
 
-    parameters = {"hidden": 8, "place": False, "cpu_seconds": 24.0, "learning_rate": 1e-2}
+    parameters = {"hidden": 8, "place": False, "gradient_steps": 4000, "learning_rate": 1e-2}
     at_once = True
     upstream = "kav-institute/mdn_trajectory_forecasting", "d920b92", "base_mdn"
 
@@ -55,22 +54,20 @@ class Mdn(Method):
         self.train(inputs[~held], targets[~held], inputs[held], targets[held])
 
     def train(self, inputs, targets, held_inputs, held_targets):
-        """Until the CPU seconds are over; keeps the weights that are best on the people held back."""
+        """Adam with a falling rate; keeps the weights that are best on the people held back."""
         optimizer = torch.optim.Adam(self.net.parameters(), lr=self.learning_rate)
-        best, kept, began, done, epoch = np.inf, None, time.process_time(), 0.0, 0
-        while done < 1:
+        best, kept, step, epoch = np.inf, None, 0, 0
+        while step < self.gradient_steps:
             order = np.random.permutation(len(inputs))
-            for first in range(0, len(order), BATCH):
-                done = (time.process_time() - began) / self.cpu_seconds
-                optimizer.param_groups[0]["lr"] = self.learning_rate * max(1e-4, 1 - done)
+            for first in range(0, len(order), BATCH)[: self.gradient_steps - step]:
+                optimizer.param_groups[0]["lr"] = self.learning_rate * max(1e-4, 1 - step / self.gradient_steps)
                 some = order[first : first + BATCH]
                 optimizer.zero_grad()
                 loss(self.net(inputs[some]), targets[some]).backward()
                 optimizer.step()
-                if done >= 1:
-                    break
+                step += 1
             epoch += 1
-            if len(held_inputs) and (epoch % 2 == 0 or done >= 1):
+            if len(held_inputs) and (epoch % 2 == 0 or step == self.gradient_steps):
                 with torch.no_grad():
                     error = float(loss(self.net(held_inputs), held_targets))
                 if error < best:

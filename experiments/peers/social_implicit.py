@@ -1,10 +1,9 @@
 """Social-Implicit (abduallahmohamed/Social-Implicit, MIT, commit 02d6a14) with its published weights: those that were
-trained without the scene, by its file of the ETH/UCY scenes; elsewhere those without univ. With `cpu_seconds` these
-weights are trained further on the tracks of the place."""
+trained without the scene, by its file of the ETH/UCY scenes; elsewhere those without univ. With `gradient_steps`
+these weights are trained further on the tracks of the place."""
 
 import json
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -32,7 +31,7 @@ def module(name):
 
 
 class SocialImplicit(Sampler):
-    parameters = {"samples": 20, "cpu_seconds": 0.0, "learning_rate": 1e-3}
+    parameters = {"samples": 20, "gradient_steps": 0, "learning_rate": 1e-3}
     upstream = "abduallahmohamed/Social-Implicit", "02d6a14", "social_implicit"
 
     def __init__(self, config="{}", **settings):
@@ -55,21 +54,21 @@ class SocialImplicit(Sampler):
         return sum(parameter.numel() for parameter in self.net.parameters())
 
     def fit(self, tracks):
-        """Until the CPU seconds are over; keeps the weights that are best on the moments held back."""
-        moments = self.moments(tracks) if self.cpu_seconds > 0 else []
+        """Keeps the weights that are best on the moments held back."""
+        moments = self.moments(tracks) if self.gradient_steps > 0 else []
         if len(moments) < 2:
             return
         random = np.random.default_rng(self.seed)
-        held, began = max(1, round(HELD_BACK * len(moments))), time.process_time()
+        held, batches = max(1, round(HELD_BACK * len(moments))), max(1, len(moments) // 16)
         moments = [moments[i] for i in np.roll(np.arange(len(moments)), random.integers(len(moments)))]  # a block of time
         optimizer = torch.optim.Adam(self.net.parameters(), lr=self.learning_rate)
         best, kept = np.inf, None
-        while kept is None or time.process_time() - began < self.cpu_seconds:
+        for _ in range(-(-self.gradient_steps // batches)):
             with torch.no_grad():
                 error = np.mean([float(self.loss(*moment)) for moment in moments[:held]])
             if error < best:
                 best, kept = error, {name: value.clone() for name, value in self.net.state_dict().items()}
-            for batch in np.array_split(random.permutation(np.arange(held, len(moments))), max(1, len(moments) // 16)):
+            for batch in np.array_split(random.permutation(np.arange(held, len(moments))), batches):
                 optimizer.zero_grad()
                 torch.stack([self.loss(*moments[i]) for i in batch]).mean().backward()
                 optimizer.step()
