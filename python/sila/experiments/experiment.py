@@ -88,6 +88,7 @@ class Experiment:
             scene.name: {
                 "tracks": len(scene.tracks),
                 "tracks_hash": scene.tracks_hash,
+                "test_speed": scene.test_speed,
                 "config": json.loads(scene.config),
             }
             for scene in self.scenes
