@@ -92,6 +92,15 @@ TEST(Clean, KeepsAnOrdinaryTrackAsItIs) {
   EXPECT_TRUE(tracks.report.dropped.empty());
 }
 
+TEST(Clean, KeepsTracksOfDifferentFrameRates) {
+  std::vector<Detection> rows = walk("2.5 Hz", 0.0, 20);
+  for (int i = 0; i < 200; ++i) rows.push_back({"25 Hz", 0.04 * i, Vector2(0.04 * i, 5.0)});
+  const CleanTracks tracks = clean_one(rows);
+  EXPECT_EQ(ids_of(tracks), (std::vector<std::string>{"2.5 Hz", "25 Hz"}));
+  EXPECT_EQ(tracks.report.rows_kept, rows.size());
+  EXPECT_TRUE(tracks.report.warnings.empty());
+}
+
 TEST(Clean, SplitsAtGapsOfMoreThanASecondAndTheJitter) {
   const CleanTracks tracks = clean_one(walk("17", 0.0, 3) + walk("17", 1.87, 2, 2.0) + walk("17", 3.36, 2, 3.0));
   // The jitter is a fifth of 0.4 s: 0.8 to 1.87 s is no gap, 2.27 to 3.36 s is one.
