@@ -1,4 +1,4 @@
-// The graph of primitives: who follows whom, and how often.
+// The graph of primitives: transitions and their counts.
 import { forceCollide, forceLink, forceSimulation, forceX, forceY, type SimulationNodeDatum } from "d3-force";
 import type { Transition } from "./data";
 import type { Point } from "./geometry";

@@ -116,7 +116,7 @@ export function learntSection(data: ReportData): HTMLElement | undefined {
     h("p", { class: "lead" }, "A motion primitive is a pattern of motion that many tracks share. Its arrows, one in each cell of the grid, have the colour of its mean direction. ",
       scene.known ? "" : "No scene was given: the model is drawn at a right-angled corner."),
     layers, h("div", { class: "two" }, h("div", {}, map.element, whole ? episodeBar(stages, data.episodes ?? [], (n, marked) => show(n, marked)) : noStory(data)),
-      h("div", {}, h("h3", {}, "Who follows whom"), graph.element, card)));
+      h("div", {}, h("h3", {}, "Transitions"), graph.element, card)));
   show(at, false);
   return section;
 }
@@ -141,11 +141,11 @@ function episodeBar(stages: readonly Stage[], episodes: readonly EpisodeData[], 
   });
   strip.append(...columns);
   let timer: number | undefined;
-  const play = h("button", { type: "button", id: "grow", class: "primary" }, "▶ Watch it grow");
+  const play = h("button", { type: "button", id: "grow", class: "primary" }, "▶ Play the episodes");
   const stop = (): void => {
     window.clearInterval(timer);
     timer = undefined;
-    play.textContent = "▶ Watch it grow";
+    play.textContent = "▶ Play the episodes";
   };
   function say(index: number): void {
     const [stage, episode] = [stages[index]!, episodes[index]!];

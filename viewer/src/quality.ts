@@ -1,4 +1,4 @@
-// How good the predictions are: learning curves, errors by horizon, calibration, and the worst.
+// Accuracy of the predictions: learning curves, errors by horizon, calibration, and the largest errors.
 import { areaY, axisX, barY, dot, gridY, line, lineY, link, plot, ruleX, ruleY, text } from "@observablehq/plot";
 import type { EpisodeData, Evaluation, LearningCurve, ProbabilityScore, ReportData } from "./data";
 import { common, figure, legend } from "./charts";
@@ -108,7 +108,7 @@ export function accuracySection(data: ReportData): HTMLElement | undefined {
   const diagrams = data.calibration ?? [];
   if (diagrams.length > 0) charts.append(calibrationFigure(data));
   const skipped = Object.entries(evaluation.skipped);
-  const section = h("section", { id: "accuracy" }, h("h2", {}, "How good it is"), h("p", { class: "lead" }, calibrationWords(data)), legend([{ name: "sila", colour: ours }, { name: "constant velocity", colour: constant, dash: true }]), charts,
+  const section = h("section", { id: "accuracy" }, h("h2", {}, "Accuracy"), h("p", { class: "lead" }, calibrationWords(data)), legend([{ name: "sila", colour: ours }, { name: "constant velocity", colour: constant, dash: true }]), charts,
     h("div", { class: "scroll" }, h("table", { class: "numbers" }, h("caption", {}, "At the whole horizon; metres, smaller is better"),
       thead("group", "windows", "weighted MHD", "constant velocity", "change", "ADE", "FDE", "kinematics alone", "modes"),
       h("tbody", {}, ...names.map((name) => {
@@ -175,7 +175,7 @@ export function worstSection(data: ReportData, show: ((track: string, t0: number
   if (worst.length === 0) return undefined;
   const playable = new Set((data.played ?? []).map((p) => p.track));
   const most = Math.max(...worst.map((w) => w.mhd_m));
-  return h("section", { id: "worst" }, h("h2", {}, "Where it was most wrong"), h("p", { class: "lead" }, "The worst prediction of each of these pedestrians, and why."),
+  return h("section", { id: "worst" }, h("h2", {}, "Largest errors"), h("p", { class: "lead" }, "The worst prediction of each of these pedestrians, and why."),
     h("ol", { class: "worst" }, ...worst.map((w) => h("li", {}, h("div", { class: "worst-bar", "aria-hidden": "true", style: `--share:${(100 * w.mhd_m / most).toFixed(0)}%` }),
       h("div", {}, h("strong", {}, w.reason), h("p", { class: "quiet" }, `Pedestrian ${w.track} at ${number(w.t0, 1)} s: weighted MHD ${number(w.mhd_m)} m; constant velocity ${number(w.constant_mhd_m)} m`)),
       show && playable.has(w.track) ? h("button", { type: "button", onclick: () => show(w.track, w.t0), "aria-label": `Show the prediction for pedestrian ${w.track}` }, "Show") : undefined))));

@@ -23,6 +23,6 @@ export function settingsSection(data: ReportData): HTMLElement {
   const search = h("input", { type: "search", id: "filter", placeholder: "e.g. threshold" });
   search.addEventListener("input", () => fill(search.value));
   fill("");
-  return h("section", { id: "made" }, h("h2", {}, "How it was made"), h("dl", { class: "properties" }, ...properties.flatMap(([name, value]) => [h("dt", {}, name), h("dd", {}, value)])),
+  return h("section", { id: "made" }, h("h2", {}, "Versions and settings"), h("dl", { class: "properties" }, ...properties.flatMap(([name, value]) => [h("dt", {}, name), h("dd", {}, value)])),
     rows.length > 0 ? h("details", {}, h("summary", {}, `Configuration: ${rows.length} values`), h("label", { class: "choice" }, h("span", {}, "Find"), search), h("div", { class: "scroll tall" }, h("table", { class: "settings" }, body))) : undefined);
 }
