@@ -10,6 +10,7 @@
 #include "predict/flow_field_index.hpp"
 #include "predict/rollout.hpp"
 #include "sila/config.hpp"
+#include "sila/core/errors.hpp"
 #include "sila/train/episode.hpp"
 #include "support/learnt.hpp"
 #include "support/sound.hpp"
@@ -70,6 +71,13 @@ TEST(Predictor, RejectsWindowsLongerThanThoseOfItsModel) {
   EXPECT_THROW(Predictor(corner_model(), config), std::invalid_argument);
   config.observe_s = 0.8;  // of less the same model says what it knows
   EXPECT_NO_THROW(Predictor(corner_model(), config));
+}
+
+TEST(Predictor, RejectsAModelWithAnIndefiniteMatrix) {
+  Model model = corner_model();
+  Eigen::MatrixXd& information = model.transitions.at(0).field.gp.information;
+  information(0, 1) = information(1, 0) = 1e6 + information(0, 0) + information(1, 1);
+  EXPECT_THROW(Predictor(model, kConfig.predict), NumericalError);
 }
 
 /// Where constant velocity of the smoothed path leads.

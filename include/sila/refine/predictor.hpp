@@ -20,8 +20,8 @@ class Predictor {
  public:
   /// `config`: `predict` of the EpisodeConfig by which the model was learnt; for a model file
   /// `config_of(stored).episode.predict` (sila/config.hpp). Precondition: `check(model)`, as every model that was read
-  /// or learnt passes.
-  /// Throws: std::invalid_argument for a configuration out of range, and for a longer observe_s than the model's.
+  /// or learnt passes. Throws: std::invalid_argument for a configuration out of range, and for a longer observe_s than
+  /// the model's; NumericalError if a matrix of a GP has no Cholesky factor (a damaged model).
   Predictor(const Model& model, const RefineConfig& config);
 
   /// The next seconds of a person as weighted modes, at least one for any track. `observe` (sila/core/sampling.hpp)
