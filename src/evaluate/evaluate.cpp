@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/concatenate.hpp"
 #include "core/kinematics.hpp"
 #include "refine/motion_change.hpp"
 #include "sila/core/sampling.hpp"
@@ -30,6 +31,8 @@ TestWindows windows_with_future(std::span<const FramedTrajectory> tracks, const 
   const auto steps = static_cast<std::size_t>(steps_of(config));
   TestWindows found;
   const PresentPeople present(tracks);
+  const std::string too_short = concatenate("a track must last at least ", config.predict.observe_s, " s observed and ",
+                                            config.predict.horizon_s, " s predicted");
   for (std::size_t i = 0; i < tracks.size(); ++i) {
     std::vector<Window> windows =
         windows_of(tracks.subspan(i, 1), config.sampling, config.predict, evaluate_config.stride_s,
@@ -38,10 +41,7 @@ TestWindows windows_with_future(std::span<const FramedTrajectory> tracks, const 
     for (Window& window : windows) {
       if (window.future_m.size() == steps) found.windows.push_back(std::move(window));
     }
-    if (windows.empty())
-      ++found.skipped["shorter than the observed window"];
-    else if (found.windows.size() == before)
-      ++found.skipped["ends before the horizon"];
+    if (found.windows.size() == before) ++found.skipped[too_short];
   }
   return found;
 }

@@ -173,6 +173,7 @@ TEST(Evaluate, CountsEveryTrackAndBeatsConstantVelocityRoundACorner) {
   for (const WindowScore& window : evaluation.windows) scored.insert(window.track);
   std::size_t skipped = 0;
   for (const auto& [reason, count] : evaluation.skipped) skipped += count;
+  EXPECT_TRUE(evaluation.skipped.contains("a track must last at least 3.2 s observed and 5 s predicted"));
   EXPECT_EQ(scored.size() + skipped, tracks.size());
   EXPECT_EQ(evaluation.horizons_s, (std::vector<double>{1, 2, 3, 4, 5}));
   const GroupScore& turning = evaluation.groups[3];
