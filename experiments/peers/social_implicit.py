@@ -54,20 +54,23 @@ class SocialImplicit(Sampler):
         return sum(parameter.numel() for parameter in self.net.parameters())
 
     def fit(self, tracks):
-        """Keeps the weights that are best on the moments held back."""
+        """As many whole epochs as have the gradient steps; keeps the weights that are best on the moments held back."""
         moments = self.moments(tracks) if self.gradient_steps > 0 else []
         if len(moments) < 2:
             return
         random = np.random.default_rng(self.seed)
         held, batches = max(1, round(HELD_BACK * len(moments))), max(1, len(moments) // 16)
+        epochs = -(-self.gradient_steps // batches)
         moments = [moments[i] for i in np.roll(np.arange(len(moments)), random.integers(len(moments)))]  # a block of time
         optimizer = torch.optim.Adam(self.net.parameters(), lr=self.learning_rate)
         best, kept = np.inf, None
-        for _ in range(-(-self.gradient_steps // batches)):
+        for epoch in range(epochs + 1):  # scored before each epoch, and after the last one
             with torch.no_grad():
                 error = np.mean([float(self.loss(*moment)) for moment in moments[:held]])
             if error < best:
                 best, kept = error, {name: value.clone() for name, value in self.net.state_dict().items()}
+            if epoch == epochs:
+                break
             for batch in np.array_split(random.permutation(np.arange(held, len(moments))), batches):
                 optimizer.zero_grad()
                 torch.stack([self.loss(*moments[i]) for i in batch]).mean().backward()
