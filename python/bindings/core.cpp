@@ -62,14 +62,15 @@ void bind_track(nb::module_& module) {
           "id"_a, "times_s"_a, "positions_m"_a, nb::kw_only(), "input_id"_a = nb::none(), "recording"_a = 0,
           nb::sig("def __init__(self, id: str | int, times_s: numpy.typing.ArrayLike, positions_m: "
                   "numpy.typing.ArrayLike, *, input_id: str | None = None, recording: int = 0) -> None"),
-          "times_s: shape (n,), seconds, strictly increasing. positions_m: shape (n, 2), metres, world frame.")
+          "input_id: as in the input, by default id. recording: tracks of one number have a common clock. Raises\n"
+          "ValueError for shapes that differ, no sample, times that do not increase or numbers that are not finite.")
       .def_prop_ro(
           "id", [](const Track& track) { return track.trajectory.id; }, "Unique among the tracks read with it.")
       .def_prop_ro(
           "input_id", [](const Track& track) { return track.input_id; }, "The id that its rows had.")
       .def_prop_ro(
           "recording", [](const Track& track) { return track.trajectory.recording; },
-          "Number of its recording, from 0 among the tracks read with it: tracks of one recording have a common clock.")
+          "Number of its recording, from 0; tracks of one recording have a common clock.")
       .def_prop_ro(
           "times_s", [](const Track& track) { return view_of(track.trajectory.times_s); },
           nb::rv_policy::reference_internal, "Shape (n,), seconds; a view that cannot be written.")

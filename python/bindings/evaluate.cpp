@@ -29,7 +29,8 @@ void bind_eval(nb::module_& module) {
         return modified_hausdorff_m(finite_points_from("a", a), finite_points_from("b", b));
       },
       "a"_a, "b"_a, nb::sig("def modified_hausdorff_m(a: numpy.typing.ArrayLike, b: numpy.typing.ArrayLike) -> float"),
-      "Modified Hausdorff distance [m] of two paths of shapes (n, 2) and (k, 2), metres.");
+      "Modified Hausdorff distance [m] of two paths of shapes (n, 2) and (k, 2), metres. Raises ValueError for an "
+      "empty path.");
 }
 
 }  // namespace sila::python

@@ -74,23 +74,24 @@ void bind_parts(nb::module_& module) {
           [](const Primitive& p) { return array_of_points(list_of(p.content.cells, &CellVelocity::velocity)); },
           nb::rv_policy::automatic, "Shape (n, 2): the arrows, of length at most 1.")
       .def_prop_ro(
-          "weight", [](const Primitive& p) { return p.content.weight; }, "How many primitives it was fused of.")
+          "weight", [](const Primitive& p) { return p.content.weight; },
+          "Number of primitives that were fused into it.")
       .def("__len__", [](const Primitive& p) { return p.content.cells.size(); })
       .def("__repr__", [](const Primitive& p) {
         return nb::str("Primitive({} cells, weight={:g})").format(p.content.cells.size(), p.content.weight);
       });
-  nb::class_<Transition>(module, "Transition", "How often a walk led from one primitive to another.")
-      .def_ro("from_primitive", &Transition::from, "Index of a primitive.")
-      .def_ro("to_primitive", &Transition::to, "Index of a primitive.")
-      .def_ro("count", &Transition::count, "Trajectories that showed it.")
-      .def_prop_ro("sites", &by_site, "The count by site, as an index into Model.sites.")
+  nb::class_<Transition>(module, "Transition", "A transition from one primitive to another, or to itself.")
+      .def_ro("from_primitive", &Transition::from, "Index in Model.primitives.")
+      .def_ro("to_primitive", &Transition::to, "Index in Model.primitives.")
+      .def_ro("count", &Transition::count, "Number of tracks that showed it.")
+      .def_prop_ro("sites", &by_site, "A dictionary from index in Model.sites to count.")
       .def("__repr__", [](const Transition& t) {
         return nb::str("Transition({} -> {}, count={:g})").format(t.from, t.to, t.count);
       });
   nb::class_<Site>(module, "Site", "A place where a model was trained.")
       .def_ro("frame", &Site::frame, "The curb frame that it is known by.")
       .def_ro("episodes", &Site::episodes, "Batches that had tracks of it.")
-      .def_ro("tracks", &Site::tracks, "Its tracks learnt from.")
+      .def_ro("tracks", &Site::tracks, "Tracks of it that were learnt.")
       .def("__repr__",
            [](const Site& s) { return nb::str("Site({} tracks in {} episodes)").format(s.tracks, s.episodes); });
 }
@@ -117,14 +118,15 @@ void bind_model(nb::module_& module) {
       .def(nb::init<>())
       .def_static(
           "load", [](const std::filesystem::path& path) { return load_model(named("Model.load", path)); }, "path"_a,
-          nb::call_guard<nb::gil_scoped_release>(), "Reads a model file.")
+          nb::call_guard<nb::gil_scoped_release>(),
+          "Reads a model file. Raises FormatError if it is missing, damaged or no model.")
       .def(
           "save",
           [](const StoredModel& stored, const std::filesystem::path& path) {
             save_model(named("Model.save", path), stored);
           },
           "path"_a, nb::call_guard<nb::gil_scoped_release>(),
-          "Writes a model file; rejects a path of a file that is not a model.")
+          "Writes a model file. Raises FormatError if the path has a file that is not a model.")
       .def_prop_ro(
           "size", [](const StoredModel& stored) { return size(stored.model); },
           "The paper's model size: primitives and transitions.")
@@ -140,17 +142,20 @@ void bind_model(nb::module_& module) {
           "Ids of the learnt batches, by their content, sorted: a batch that is among them is not learnt again.")
       .def_prop_ro(
           "reference_width_m", [](const StoredModel& stored) { return stored.model.settings.reference_width_m; },
-          "Metres of one curb unit; models that are fused have one.")
+          "Metres of one curb unit; to be fused, models need the same.")
       .def_prop_ro(
-          "sites", [](const StoredModel& stored) { return stored.model.sites; }, "Where it was trained.")
-      .def_prop_ro("primitives", &primitives_of)
-      .def_prop_ro("transitions", &transitions_of)
+          "sites", [](const StoredModel& stored) { return stored.model.sites; },
+          "A list of Site, in the order of training.")
+      .def_prop_ro("primitives", &primitives_of, "A list of Primitive.")
+      .def_prop_ro("transitions", &transitions_of, "A list of Transition, sorted by from_primitive and to_primitive.")
       .def_prop_ro(
           "cell_widths", [](const StoredModel& stored) { return stored.model.settings.grid.cell; },
           "Side of a grid cell in curb units.")
-      .def_prop_ro("sample_interval_s",
-                   [](const StoredModel& stored) { return stored.model.settings.sample_interval_s; })
-      .def_prop_ro("config_json", [](const StoredModel& stored) { return stored.configuration; })
+      .def_prop_ro(
+          "sample_interval_s", [](const StoredModel& stored) { return stored.model.settings.sample_interval_s; },
+          "Seconds between resampled positions.")
+      .def_prop_ro(
+          "config_json", [](const StoredModel& stored) { return stored.configuration; }, "`config` as JSON text.")
       .def_prop_ro(
           "config", [](const StoredModel& stored) { return in_python(stored.configuration); },
           nb::for_getter(nb::sig("def config(self, /) -> dict[str, typing.Any]")),

@@ -185,7 +185,7 @@ TrackPrediction prediction_in(const PredictionState& state) {
 
 void bind_mode(nb::module_& module) {
   nb::class_<Mode>(module, "Mode", "One hypothesis of the future path of the person, in the world frame.")
-      .def_ro("weight", &Mode::weight)
+      .def_ro("weight", &Mode::weight, "In [0, 1]; the weights of a prediction have the sum 1.")
       .def_prop_ro(
           "path_m", [](const Mode& mode) { return view_of(mode.path_m); }, nb::rv_policy::reference_internal,
           "Shape (t, 2), metres: the mean position at each time of the prediction.")
@@ -218,13 +218,13 @@ void bind_prediction(nb::module_& module) {
           "No roll-outs: no transition matched, or nothing was learnt at this corner.")
       .def_prop_ro(
           "novelty", [](const TrackPrediction& p) { return p.content.novelty; },
-          "In [0, 1]: share of the people seen so far whose path was better known than this one.")
+          "In [0, 1]: share of the people learnt so far whose path was better known than this one.")
       .def_prop_ro(
           "observed_s", [](const TrackPrediction& p) { return p.content.observed_s; },
           "Seconds between the first and the last sample that it rests on.")
       .def_prop_ro(
           "standing", [](const TrackPrediction& p) { return p.content.standing; },
-          "Whether the person stood while observed, see `starts` in docs/formats.md.")
+          "Whether the mean speed while observed was below 0.3 m/s, or the net speed below 0.17 m/s.")
       .def_prop_ro(
           "change_probabilities", [](const TrackPrediction& p) { return view_of(p.content.change_probabilities); },
           nb::rv_policy::reference_internal,
@@ -250,8 +250,10 @@ void bind_prediction(nb::module_& module) {
           nb::sig(
               "def nonconformity_scores(self, path_m: numpy.typing.ArrayLike) -> numpy.typing.NDArray[numpy.float64]"),
           "path_m: (n, 2), n at most t, metres, at the times of the prediction. Shape (n,): log(peak / density) there; "
-          "a point lies in a region where that is at most the region's level.")
-      .def_prop_ro("modes", [](const TrackPrediction& p) { return p.content.modes; })
+          "a point lies in a region where that is at most the region's level. Raises ValueError for other shapes or "
+          "NaN.")
+      .def_prop_ro(
+          "modes", [](const TrackPrediction& p) { return p.content.modes; }, "A list of m Mode, heaviest first.")
       .def_prop_ro(
           "weights", [](const TrackPrediction& p) { return all_weights(p.content); }, nb::rv_policy::automatic,
           "Shape (m,); their sum is 1.")

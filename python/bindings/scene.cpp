@@ -156,7 +156,9 @@ void bind_scene(nb::module_& module) {
   nb::class_<DrawnScene>(module, "Scene",
                          "A place: where its corners and their curbs are, and which files were recorded there.\n\n"
                          "origin: (2,) metres, where the straight curbs of the primary corner meet. axis_1, axis_2:\n"
-                         "(2,) directions along its curbs, away from the corner. sidewalk_width_m: mean width.")
+                         "(2,) directions along its curbs, away from the corner. sidewalk_width_m: mean width;\n"
+                         "sidewalk_width_1_m, sidewalk_width_2_m: those along axis_1 and axis_2. y_axis: up, or down\n"
+                         "as in pictures. Raises ValueError for curbs that are nearly parallel or a width of zero.")
       .def(
           "__init__",
           [](DrawnScene* self, nb::handle origin, nb::handle axis_1, nb::handle axis_2, double width_m,
@@ -169,8 +171,10 @@ void bind_scene(nb::module_& module) {
           nb::sig("def __init__(self, *, origin: numpy.typing.ArrayLike, axis_1: numpy.typing.ArrayLike, "
                   "axis_2: numpy.typing.ArrayLike, sidewalk_width_m: float, sidewalk_width_1_m: float | None = None, "
                   "sidewalk_width_2_m: float | None = None, name: str = '', y_axis: str = 'up') -> None"))
-      .def_static("load", &load_scene, "path"_a, nb::kw_only(), "data_dir"_a = std::filesystem::path(),
-                  "Reads a scene file; data_dir is also searched for the files that it names.")
+      .def_static(
+          "load", &load_scene, "path"_a, nb::kw_only(), "data_dir"_a = std::filesystem::path(),
+          "Reads a scene file; data_dir is also searched for the files that it names. Raises FormatError, which names\n"
+          "the field.")
       .def_static(
           "of_model",
           [](const StoredModel& stored) {
@@ -196,7 +200,8 @@ void bind_scene(nb::module_& module) {
           "layers", &layers_of, nb::rv_policy::automatic,
           "What there is to draw, by name (sidewalks, crosswalks, buildings): polygons of shape (n, 2), metres.")
       .def("frame", &frame_of, nb::kw_only(), "corner"_a = nb::none(), "scaling"_a = kCurbScalings[0],
-           "The frame of a corner, the primary one if none is named by its index.")
+           "The CurbFrame of the corner with this index, or of the primary one. scaling: metres or mean_width. Raises\n"
+           "ValueError for another index or scaling.")
       .def("__eq__", [](const DrawnScene& a, const DrawnScene& b) { return state_of(a).equal(state_of(b)); })
       .def(
           "__eq__", [](const DrawnScene&, nb::handle) { return false; }, nb::arg().none())

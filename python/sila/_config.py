@@ -65,7 +65,7 @@ def assignments(file: str | os.PathLike[str] | None, assigned: Iterable[str]) ->
 
 
 def merged(base: str, changes: ConfigLike) -> str:
-    """JSON of the whole configuration: defaults, then `base`, then `changes`."""
+    """JSON of the whole configuration: the defaults, changed by `base`, then by `changes`. Raises as `config`."""
     source = "config"
     if changes is None:
         text = "{}"

@@ -32,7 +32,8 @@ class Evaluation:
         return [row["horizon_s"] for row in next(iter(self.groups.values()))["horizons"]]
 
     def metric(self, name: str = "weighted_mhd_m", *, group: str = "moving", of: str = "model") -> float:
-        """One mean error at the whole horizon; `of`: model or constant_velocity."""
+        """One mean error at the whole horizon; `of`: model or constant_velocity. Raises ValueError for an unknown name
+        or group, and for a group without windows."""
         if group not in self.groups:
             raise ValueError(f"metric: group: expected one of {', '.join(self.groups)}, found {group}")
         if self.groups[group]["windows"] == 0:

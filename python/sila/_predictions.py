@@ -34,8 +34,8 @@ class Predictions(Items[Prediction]):
         return Predictions(prediction for prediction in self if prediction.track == name)
 
     def to_frame(self) -> pandas.DataFrame:
-        """One row for each mode and time: track_id, t0, fallback, novelty, mode, weight, variant, t, x, y,
-        cov_xx, cov_xy, cov_yy."""
+        """One row for each mode and time: track_id, t0 [s], fallback, novelty, mode, weight, variant, t [s after t0],
+        x, y [m], cov_xx, cov_xy, cov_yy [m²]."""
         return frame_of(*self)
 
     def to_ndjson(self, path: str | os.PathLike[str] | None = None, *, digits: int = 3) -> str:

@@ -16,10 +16,10 @@ class Predictor:
     """Learns tracks and predicts them, as an estimator of scikit-learn.
 
     `scene`: a Scene or the path of a scene file; without one the model makes its frame from its first batch.
-    `batch`: tracks per episode in `fit`. Further keywords are
-    configuration fields, groups joined by two underscores (`predict__horizon_s=3.0`) or as dictionaries
-    (`predict={"horizon_s": 3.0}`). X: tracks in any form that `sila.learn` takes; use `Tracks` or lists of Track in
-    `sklearn.model_selection`. There is no y.
+    `batch`: tracks per episode in `fit`. Further keywords are configuration fields, groups joined by two underscores
+    (`predict__horizon_s=3.0`) or as dictionaries (`predict={"horizon_s": 3.0}`). X: tracks in any form that
+    `sila.learn` takes; use `Tracks` or lists of Track in `sklearn.model_selection`. There is no y. Raises FormatError
+    for an unknown field or a value out of range; methods that need a model raise ValueError before `fit`.
     """
 
     model_: Model
@@ -33,8 +33,8 @@ class Predictor:
         self.set_params(**config)
 
     def get_params(self, deep: bool = True) -> dict[str, Any]:
-        """scene, batch, threads, and each configuration field as group__field; of the fields without `deep`, as for a
-        clone, those that were given, so that another `profile` changes the rest."""
+        """scene, batch, threads, and configuration fields as group__field: all of them, or without `deep` those that
+        were given, so that another `profile` changes the rest of a clone."""
         own = {"scene": self.scene, "batch": self.batch, "threads": self.threads}
         return {**own, **(_flat(default_config(self._settings())) if deep else {}), **self._given}
 

@@ -28,16 +28,16 @@ class Stream:
     """Does inside the process what `sila serve` does for one tracker: each `update` returns the predictions that
     are due, and finished tracks are learnt in a background thread.
 
-    `model`: a Model to continue, or the path of a model file, which stores every episode as that of the service
-    does and need not exist; without one a new model. `scene` as for `learn`. `camera`: the path of a camera file
-    (docs/formats.md); positions are then image points [pixels] on the ground, as the foot of a box. If the scene has a
-    camera, give this file, or False for positions in metres. `person_classes`:
-    labels that are pedestrians, instead of the usual names. `stride_s`: seconds between the predictions of a
-    pedestrian, 0: one for each detection. `batch`: finished tracks that make an episode. `config` changes the
-    configuration of the model; its group `service` has the limits. Methods may be called from several threads.
+    `model`: a Model to continue, or the path of a model file to continue or create, in which each episode is stored;
+    without one a new model. `scene` as for `learn`. `camera`: the path of a camera file (docs/formats.md); positions
+    are then image points [pixels] on the ground, as the foot of a box. If the scene has a camera, give this file, or
+    False for positions in metres. `person_classes`: labels that are pedestrians, instead of the usual names.
+    `stride_s`: seconds between the predictions of a pedestrian, 0: one for each detection. `batch`: finished tracks
+    that make an episode. `config` changes the configuration of the model; its group `service` has the limits. Methods
+    may be called from several threads.
 
-    Warns once if positions do not seem to be metres, and of each episode that fails (a full disk). Raises
-    FormatError for a model or camera file that cannot be used, or a configuration out of range.
+    Warns once if positions do not seem to be metres, and of each episode that fails (a full disk). Raises FormatError
+    for a model or camera file that cannot be used, or a configuration out of range.
     """
 
     def __init__(
@@ -104,7 +104,7 @@ class Stream:
         self._warn()
 
     def wait(self) -> None:
-        """Returns when no whole batch waits to be learnt: the result for a recording does not depend on speed."""
+        """Returns when no whole batch waits to be learnt; so the result for a recording does not depend on speed."""
         self._live.wait()
         self._warn()
 
@@ -126,7 +126,8 @@ class Stream:
         return metrics
 
     def to_image(self, points_m: Any) -> np.ndarray:
-        """Points of shape (n, 2) on the ground [m] in the image [pixels], by the camera; NaN behind it."""
+        """Points (n, 2) on the ground [m] as image points (n, 2) [pixels]; NaN behind the camera. Raises ValueError
+        without a camera."""
         return self._live.to_image(points_m)
 
     def _warn(self) -> None:

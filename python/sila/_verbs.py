@@ -34,19 +34,19 @@ def learn(
     threads: int = 0,
     progress: bool | None = None,
 ) -> Model:
-    """Learns tracks, `batch` per episode, as `sila learn` does; returns the model. It continues a given `model`.
+    """Learns tracks, `batch` per episode, as `sila learn` does. Returns a new model, which continues `model` if given.
 
     `scene` has the corners. Without it a new model makes a frame from its first batch and keeps it. Each batch is
     predicted before it is learnt, and the errors calibrate the model. `config` changes the configuration of `model`.
-    `threads`: 0 means all.
+    `threads`: 0 means all. `progress`: None shows a bar in a terminal or a notebook.
 
     `units`: "pixels" for files, tables and arrays in pixels without a camera. A new model estimates their scale by the
     walking speed and keeps it as `model.config["metres_per_pixel"]`; later input for it is in pixels, too.
     `frames_per_second`: of files with frame numbers.
 
-    Raises ValueError for a configuration that the model did not begin with, and without tracks. A UserWarning says when
-    the tracks lie far from what the model knows, when it has learnt them already, when the samples of a `Track` are too
-    far apart for seconds, and when the model has no motion.
+    Raises ValueError without tracks, and for another value of a field that the model fixed at its beginning (such as
+    sampling.interval_s). A UserWarning says when the tracks lie far from what the model knows, when it has learnt them
+    already, when the samples of a `Track` are too far apart for seconds, and when no motion was learnt.
     """
     start = _model("model", model) if model is not None else Model()
     settings = _settings("model", start, config)
@@ -76,7 +76,8 @@ def train_batch(
     tracks: TracksLike, *, scene: SceneLike | None = None, config: ConfigLike = None, threads: int = 0
 ) -> Model:
     """The batch-learning baseline: all tracks in one episode. Its error statistics come from predicting each quarter by
-    a model of the earlier quarters (the first tracks by kinematics alone), so that no error is of a learnt window."""
+    a model of the earlier quarters (the first tracks by kinematics alone), so that no error is of a learnt window.
+    Raises ValueError without tracks."""
     settings = merged("{}", config)
     scene = None if scene is None else as_scene(scene)
     given = _some("train_batch", tracks, scene, settings)
@@ -123,7 +124,8 @@ def _some(
 
 def fuse(previous: Model, incoming: Model, *, config: ConfigLike = None, threads: int = 0) -> Model:
     """Fuses two models without their tracks, as `sila fuse` does. `config` changes the configuration of `previous`.
-    A UserWarning says when a model made its frame from tracks and nothing was fused."""
+    Raises ValueError if the settings of the models differ, or both have learnt one batch. A UserWarning says when a
+    model made its frame from tracks and nothing was fused."""
     settings = _settings("previous", previous, config)
     fused: Model = _sila.fuse(previous, _model("incoming", incoming), settings, _threads(threads))
     warn([_sila.warning_of_own_frames(previous, incoming, fused)])
@@ -132,7 +134,8 @@ def fuse(previous: Model, incoming: Model, *, config: ConfigLike = None, threads
 
 def make_prior(models: Iterable[Model] | None = None, *, config: ConfigLike = None) -> Model:
     """The first model of a new place, as by `sila prior make`: how people walk, from models of other places.
-    Without models it is learnt from simulated pedestrians with the configuration `config`."""
+    Without models it is learnt from simulated pedestrians with the configuration `config`. Raises ValueError if no
+    model has error statistics, or two have learnt one batch."""
     if models is None:
         return _sila.simulated_prior(merged("{}", config))
     if config is not None:
@@ -146,7 +149,8 @@ def make_prior(models: Iterable[Model] | None = None, *, config: ConfigLike = No
 
 
 def explain_fusion(previous: Model, incoming: Model, *, config: ConfigLike = None) -> dict[str, Any]:
-    """What `fuse` would match, fuse, split and relax, and why: the keys of a fusion case, indices from 1."""
+    """What `fuse` would match, fuse, split and relax, and why: the keys of a fusion case (docs/fuse.md), indices from
+    1. Raises ValueError as `fuse`."""
     settings = _settings("previous", previous, config)
     result: dict[str, Any] = json.loads(_sila.explain_fusion(previous, _model("incoming", incoming), settings))
     return result
@@ -165,11 +169,12 @@ def predict(
     progress: bool | None = None,
 ) -> Predictions:
     """Predicts each track at the first sample at or after predict.min_observe_s, then every `stride_s` seconds. With
-    `at_end`, once per track, from its last sample. A track shorter than predict.min_observe_s has
-    no prediction; the number of such tracks is a UserWarning.
+    `at_end`, once per track, from its last sample. A track shorter than predict.min_observe_s has no prediction; a
+    UserWarning has the number of such tracks.
 
     Samples after t0 never influence a prediction. `config` changes the configuration of the model, for instance
-    {"predict": {"horizon_s": 3}}. `frames_per_second`: of files with frame numbers.
+    {"predict": {"horizon_s": 3}}. `frames_per_second`: of files with frame numbers. Raises ValueError for units or an
+    interval other than those of the model, and for a `stride_s` that is not positive.
     """
     settings, given, place = _looked_at(model, tracks, scene, config, frames_per_second)
     stride_s = number("stride_s", stride_s, "seconds")
@@ -196,7 +201,7 @@ def explain(
     threads: int = 0,
 ) -> list[dict[str, Any]]:
     """Predicts as `predict` does, with explanations: the lines of `sila predict --explain` as dictionaries, each with
-    the primitives, transitions and terms behind its modes."""
+    the primitives, transitions and terms behind its modes. Raises as `predict`."""
     settings, given, place = _looked_at(model, tracks, scene, config, frames_per_second)
     stride_s = number("stride_s", stride_s, "seconds")
     at_end = _flag("at_end", at_end)
@@ -214,8 +219,8 @@ def evaluate(
     config: ConfigLike = None,
     threads: int = 0,
 ) -> Evaluation:
-    """Scores predictions beside constant velocity on the same windows, as `sila evaluate` does. Tracks that the model has
-    learnt are a UserWarning: errors on them are too small."""
+    """Scores predictions beside constant velocity on the same windows, as `sila evaluate` does. Raises as `predict`. A
+    UserWarning says when the model has learnt some of the tracks: errors on them are too small."""
     settings, given, place = _looked_at(model, tracks, scene, config, frames_per_second)
     numbers, windows, text, warning = _sila.evaluate(model, given, place, settings, _threads(threads))
     warn([warning])
@@ -240,7 +245,8 @@ class Simulation:
 
 def simulate(*, config: ConfigLike = None, **simulate: Any) -> Simulation:
     """Simulates pedestrians at an intersection, and a tracker. Keywords are the fields of the group `simulate`, for
-    instance layout="acute", tracks=200, seed=1; the same ones give the same bits."""
+    instance layout="acute", tracks=200, seed=1; the same ones give the same bits. Raises FormatError for an unknown
+    field or a value out of range."""
     settings = merged(merged("{}", config), {"simulate": simulate})
     reported, truth, scene = _sila.simulate(settings)
     cleaned = clean(Tracks(reported), "simulation", settings)
@@ -254,7 +260,7 @@ def _looked_at(
     config: ConfigLike,
     frames_per_second: float | None,
 ) -> tuple[str, list[Track], Scene]:
-    """The configuration, the tracks and the scene by which a model looks at them."""
+    """The configuration, the tracks, and the scene that gives them their frames."""
     settings = _settings("model", model, config)
     place = None if scene is None else as_scene(scene)
     read = as_tracks(tracks, scene=place, frames_per_second=frames_per_second, config=json.loads(settings))

@@ -8,7 +8,7 @@ __all__ = ["FormatError", "NumericalError"]
 
 
 class FormatError(ValueError):
-    """A file (or a configuration) that is not what it should be."""
+    """A file or a configuration that cannot be used. `line` counts from 1; 0: the whole file."""
 
     def __init__(self, path: str, line: int, expected: str, found: str) -> None:
         super().__init__(path, line, expected, found)
