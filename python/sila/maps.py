@@ -1,15 +1,14 @@
-"""Scene files from maps: OpenStreetMap or Lanelet2 (`pip install 'sila[map]'`).
+"""Scene files from maps: OpenStreetMap or Lanelet2 (`pip install 'sila[map]'`); docs/python.md, Maps, says what they have.
 
     sila scene make TRACKS --map MAP.osm [--origin LAT LON] > corner.json
 
-A corner is where two straight pieces of one curb would meet without the bend between them (Lanelet2 `type=curbstone`, `road_border`, OSM `barrier=kerb`). A
-map without such bends has its corners where the extended centre lines of two ways to walk on meet. Ways to walk on are lanelets with `subtype=crosswalk`,
-`walkway` or `shared_walkway`, pairs of lines `type=zebra`, `zebra_marking` or `pedestrian_marking`, OSM `highway=footway`, `pedestrian` or `crossing`,
-`footway=crossing` or `sidewalk`. Axes lead along them and enclose the block. The primary corner is the one that most tracks pass. A map with curbs and
-without crosswalks has them where at least three tracks lead from one curb to another.
+Curbs are Lanelet2 `type=curbstone`, `road_border`, OSM `barrier=kerb`. Ways to walk on are lanelets with
+`subtype=crosswalk`, `walkway` or `shared_walkway`, pairs of lines `type=zebra`, `zebra_marking` or `pedestrian_marking`,
+OSM `highway=footway`, `pedestrian` or `crossing`, `footway=crossing` or `sidewalk`. Axes enclose the block.
 
-Positions are metres: `local_x` and `local_y` if every node has them, else metres east and north of the origin, which is latitude and longitude 0 for a map
-within 0.1 degrees of them, as Lanelet2 maps in a frame of their own are. Degrees are scaled as at the origin, which costs a few centimetres below 1 km.
+Positions are metres: `local_x` and `local_y` if every node has them, else metres east and north of the origin, which is
+latitude and longitude 0 for a map within 0.1 degrees of them. Degrees are scaled as at the origin, which costs a few
+centimetres below 1 km.
 """
 
 from __future__ import annotations
