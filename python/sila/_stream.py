@@ -36,8 +36,8 @@ class Stream:
     that make an episode. `config` changes the configuration of the model; its group `service` has the limits. Methods
     may be called from several threads.
 
-    Warns once if positions do not seem to be metres, and of each episode that fails (a full disk). Raises FormatError
-    for a model or camera file that cannot be used, or a configuration out of range.
+    Warns once if positions do not seem to be metres, and of each episode that fails. Raises FormatError for a model or
+    camera file that cannot be used, or a configuration out of range.
     """
 
     def __init__(
@@ -87,8 +87,8 @@ class Stream:
         category); or, with a camera, Detections of Supervision that have ids, all of them pedestrians. Metres in the
         frame of the scene, or pixels.
 
-        What the service would reject is rejected here and counted by reason: `counts["rejected"]`. Raises ValueError or
-        TypeError for what is no detection at all, and ValueError after `close`.
+        `counts["rejected"]` counts what the rules of the service reject, by reason. Raises ValueError or TypeError for
+        what is no detection at all, and ValueError after `close`.
         """
         t_s = number("t", t, "seconds")
         ids, points, labels = _rows(detections, self._person_classes)
