@@ -52,6 +52,7 @@ std::optional<Vector2> to_image(const Camera& camera, const Vector2& ground_m);
 Matrix2 image_jacobian(const Camera& camera, const Vector2& ground_m);
 
 /// The camera of a picture that has one scale everywhere, as if taken from straight above: x to the right, y upwards.
+/// Throws: std::invalid_argument for a scale of zero or one that is not finite.
 Camera flat_camera(double metres_per_pixel);
 
 /// Usual walking speed [m/s], by which a picture without a camera gets its scale.
@@ -69,7 +70,8 @@ struct WalkingScale {
 };
 
 /// The scale at which the median speed of the tracks that walk is kWalkingSpeed_mps. `tracks` are read at
-/// kTrialMetresPerPixel. Throws: std::invalid_argument if fewer than five walk, and for pixels of over 0.5 m.
+/// kTrialMetresPerPixel. Throws: std::invalid_argument if fewer than five walk, and for pixels of over 0.5 m. Source:
+/// docs/decisions/0118-pixels-without-a-camera.md.
 WalkingScale walking_scale(std::span<const Trajectory> tracks);
 
 }  // namespace sila

@@ -48,7 +48,6 @@ struct TrackReport {
   std::vector<std::string> warnings;
 };
 
-/// The result of cleaning.
 struct CleanTracks {
   std::vector<Trajectory> trajectories;  ///< by source, then start time, then id; ids are unique
   std::vector<std::string>
@@ -60,7 +59,7 @@ struct CleanTracks {
 /// on the trajectories. Ids stay as they are; later tracklets of a split track are "17#2", "17#3"; if there are several
 /// sources, ids begin with the shortest distinct name of the source, "file:17". Each source is one recording; if its
 /// tracks have clocks of their own, each track is one. `id_prefix`: other beginnings of the ids, one for each source.
-/// Throws: std::invalid_argument for a configuration out of range.
+/// Units: seconds, metres. Throws: std::invalid_argument for a configuration out of range.
 CleanTracks clean(std::span<const Detections> sources, const CleanConfig& config,
                   std::vector<std::string> id_prefix = {});
 

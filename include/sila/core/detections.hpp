@@ -42,7 +42,6 @@ enum class DropReason {
   single_sample,  ///< alone between two cuts; a path needs two
 };
 
-/// The texts of a reason.
 struct DropReasonText {
   DropReason reason;
   std::string_view name;  ///< for JSON

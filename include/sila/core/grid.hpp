@@ -30,7 +30,6 @@ inline constexpr double kFarthestCell = 1e9;
 CellKey cell_of(const Grid& grid, const Vector2& point);
 /// The middle of a cell [curb units].
 Vector2 centre_of(const Grid& grid, const CellKey& cell);
-/// The tile of a cell.
 CellKey tile_of(const Grid& grid, const CellKey& cell);
 
 /// Throws: std::invalid_argument unless the cell is 1e-6 to 1e6 curb units, the origin finite and at most 1e9 cells

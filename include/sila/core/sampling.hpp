@@ -36,12 +36,12 @@ struct MotionState {
 /// Units: curb units of `frame`, and curb units/s. `observe_s` and `config` are those of the model's configuration.
 /// Throws: std::invalid_argument if there is no sample `last`, for a `config` out of range or an observe_s that is not
 /// positive, and for times that do not increase or positions that are not finite, in the window or in the second before
-/// it.
+/// it. Source: cubic smoothing spline, Wahba 1978; docs/decisions/0108-tracker-noise.md.
 CurbTrajectory observe(const Trajectory& track, std::size_t last, const CurbFrame& frame, double observe_s,
                        const SamplingConfig& config);
 
-/// A whole track, for learning: states every `interval_s` from its first sample to its last. Throws:
-/// std::invalid_argument for a track that breaks its invariant and an interval that is not positive.
+/// A whole track, for learning: states every `interval_s` from its first sample to its last. Units and Source: as
+/// `observe`. Throws: std::invalid_argument for a track that breaks its invariant and an interval that is not positive.
 CurbTrajectory resample(const Trajectory& track, const CurbFrame& frame, const SamplingConfig& config);
 
 /// The path until sample `last` as it was measured [m]: on straight lines between raw samples, at the times of

@@ -49,7 +49,7 @@ CurbFrame make_curb_frame(const Vector2& origin_m, const Vector2& axis_1, const 
 /// The same corner with another unit of the curb coordinates. In widths the axes stay as they are. In metres they are
 /// turned to a right angle about the same bisector, so that cells and kernels are as wide in one direction as in
 /// another. The result then has the directions of the curbs only if these have a right angle (|cosine| below 1e-9);
-/// from it they cannot be found again, also not by `rescaled` to widths.
+/// from it they cannot be found again, also not by `rescaled` to widths. Source: docs/decisions/0137-right-angle.md.
 CurbFrame rescaled(CurbFrame frame, CurbScaling scaling);
 
 /// Throws std::invalid_argument if the invariant does not hold.
@@ -58,7 +58,8 @@ void validate(const CurbFrame& frame);
 /// The matrix that takes curb coordinates to world displacements [m per unit]; its columns are the scaled axes.
 Matrix2 world_from_curb(const CurbFrame& frame);
 
-/// Positions and velocities in the other frame: [m] and [curb units], [m/s] and [curb units/s].
+/// Positions and velocities in the other frame: [m] and [curb units], [m/s] and [curb units/s]. Source: docs/method.md,
+/// M1.
 Vector2 to_curb(const CurbFrame& frame, const Vector2& world_m);
 Vector2 to_world(const CurbFrame& frame, const Vector2& curb);
 Vector2 velocity_to_curb(const CurbFrame& frame, const Vector2& world_mps);

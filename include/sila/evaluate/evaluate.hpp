@@ -29,7 +29,6 @@ void fields(MaybeConst<EvaluateConfig> auto& config, auto&& visit) {
                "observed part of each window, at most, as if the person had just appeared");
 }
 
-/// One scored window.
 struct WindowScore {
   std::string track;
   double t0_s = 0.0;
@@ -75,7 +74,8 @@ struct Evaluation {
 /// left out. Called from many threads.
 using Forecast = std::function<Prediction(const CurbTrajectory& observed)>;
 
-/// Windows are taken from the training tracks with the same stride as from the test tracks.
+/// What an evaluation needs of the training tracks. Their windows have the stride of those of the test tracks. Throws:
+/// as windows_of (sila/train/episode.hpp).
 TrainingSupport training_support(std::span<const FramedTrajectory> train, const EpisodeConfig& config,
                                  const EvaluateConfig& evaluate_config);
 
@@ -87,7 +87,7 @@ Evaluation evaluate_forecast(const Forecast& forecast, std::span<const FramedTra
                              const EpisodeConfig& config, const EvaluateConfig& evaluate_config,
                              const TrainingSupport* support = nullptr);
 
-/// The same for a model.
+/// The same for a model. Throws: also as Predictor.
 Evaluation evaluate(const Model& model, std::span<const FramedTrajectory> tracks, const EpisodeConfig& config,
                     const EvaluateConfig& evaluate_config);
 

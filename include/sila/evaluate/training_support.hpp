@@ -108,7 +108,8 @@ struct Way {
 
 /// The ways of the similar passages, which are those within 2 m and 0.5 m/s of the window, of each person the most
 /// similar one. Passages of less than 1 m stay; gaps of at least 20 degrees separate the directions of the others. Ways
-/// that less than 15 % of the people took are left out; with fewer than 12 people there is no way.
+/// that less than 15 % of the people took are left out; with fewer than 12 people there is no way. Source: own rule,
+/// docs/evaluate.md.
 std::vector<Way> ways_on(std::span<const Passage> passages, const Window& window, double interval_s);
 
 /// At a fork (two or more `ways`): the probability that a prediction gives, at the whole horizon, to the way that the

@@ -6,14 +6,14 @@
 namespace sila {
 
 /// Squared exponential with one length scale per input dimension:
-/// k(x, z) = signal_variance * exp(-1/2 * sum_d (x_d - z_d)^2 / length_scales_d^2).
+/// k(x, z) = signal_variance * exp(-1/2 * sum_d (x_d - z_d)^2 / length_scales_d^2). Source: docs/gp.md, section 1.
 /// Invariant: everything positive and finite, at least one dimension.
 struct Kernel {
   double signal_variance = 1.0;
   Eigen::VectorXd length_scales = Eigen::VectorXd::Ones(2);
 };
 
-/// Same numbers, bit for bit.
+/// Exactly the same numbers.
 bool operator==(const Kernel& a, const Kernel& b);
 
 /// Shapes: a is D x n, b is D x m (one point a column); the result is n x m.

@@ -64,7 +64,6 @@ struct Scene {
 /// naming the file and the field for anything missing or wrong, near-parallel axes and zero widths included.
 Scene read_scene(const std::filesystem::path& path, const std::filesystem::path& data_dir = {});
 
-/// The content of a camera file.
 struct CameraFile {
   Camera camera;
   std::vector<std::string> warnings;  ///< about large residuals

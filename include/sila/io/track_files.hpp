@@ -38,7 +38,6 @@ enum class TrackFormat {
   opendatacam,     ///< tracker history of OpenDataCam, JSON
 };
 
-/// The texts of a format.
 struct TrackFormatText {
   TrackFormat format;
   std::string_view name;     ///< as on the command line and in scene files
@@ -79,7 +78,6 @@ inline constexpr std::array<std::string_view, 13> kClassColumns = {
     "label",    "class",    "class_name", "agent_type",  "agent_class", "object_type", "object_class",
     "category", "class_id", "cls",        "class_label", "obj_class",   "type"};
 
-/// The content of a track file.
 struct TrackFile {
   Detections detections;
   TrackFormat format = TrackFormat::csv;

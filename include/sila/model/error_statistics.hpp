@@ -119,7 +119,8 @@ ErrorStatistics discounted(ErrorStatistics error_statistics, double share);
 
 /// The sum of past and recent error statistics; each recent window multiplies past ones by exp(-1 / memory_windows).
 /// Unless the memory is infinite (as if one model had gathered both), recent windows count more in the nonconformity
-/// scores and in the densities of people who walk. Throws: std::invalid_argument if they differ in shape.
+/// scores and in the densities of people who walk. Throws: std::invalid_argument if they differ in shape. Source:
+/// docs/decisions/0120-recent-errors-count-more.md.
 ErrorStatistics add_error_statistics(const ErrorStatistics& past, const ErrorStatistics& recent,
                                      double memory_windows = std::numeric_limits<double>::infinity());
 

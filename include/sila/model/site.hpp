@@ -31,7 +31,8 @@ struct SiteCount {
   bool operator==(const SiteCount&) const = default;
 };
 
-/// Whether two frames are at the same corner: origins within 1 m, axes within about 5 degrees.
+/// Whether two frames are at the same corner: origins within 1 m, axes within about 5 degrees. Source:
+/// docs/decisions/0097-sites.md.
 bool same_site(const CurbFrame& a, const CurbFrame& b);
 
 /// The index of the site at this corner.

@@ -48,7 +48,7 @@ struct Prediction {
   bool fallback = false;        ///< no roll-outs: no transition matched, or nothing was learnt at this corner
   double novelty = 0.0;     ///< in [0, 1]: share of the people learnt so far whose path was better known than this one
   double observed_s = 0.0;  ///< time between the first and the last observed sample that was used
-  bool standing = false;    ///< mean speed below 0.3 m/s while observed
+  bool standing = false;    ///< mean speed below 0.3 m/s while observed, or net speed below 0.17 m/s
   /// Probability that the motion has changed by each time: that a standing person has started (is 0.5 m away), that a
   /// walking one has stopped (slower than 0.3 m/s over 0.8 s). Empty before errors are known.
   std::vector<double> change_probabilities;

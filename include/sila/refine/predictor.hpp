@@ -45,7 +45,7 @@ class Predictor {
   std::shared_ptr<const PreparedModel> prepared_;
 };
 
-/// One prediction; for many tracks make a Predictor.
+/// One prediction; for many tracks make a Predictor. Units and Throws: as there.
 Prediction predict(const Model& model, const CurbTrajectory& observed, const RefineConfig& config);
 
 /// A model and its predictor, immutable, so that threads can share them.
@@ -82,7 +82,7 @@ struct Explanation {
   double likelihood_power = 1.0;
   double effective_samples = 0.0;  ///< effective number of samples of the residual GPs near this person
   double raw_novelty = 0.0;  ///< mean over the scored samples of var / sigma_f^2 of the field that knows each best
-  /// Share of the people seen so far whose path was at least as novel; 1 - raw_novelty before novelties are counted.
+  /// Share of the people learnt so far whose path was at least as novel; 1 - raw_novelty before novelties are counted.
   double at_least_as_novel = 0.0;
 };
 
@@ -96,7 +96,8 @@ Explanation explain(const Predictor& predictor, const CurbTrajectory& observed);
 double unnormalised_density(const Prediction& prediction, std::size_t step, const Vector2& point_m);
 
 /// Nonconformity score of a point [m, world frame]: log(peak / density), where the peak is the largest density at the
-/// centre of a mode; at least 0, never infinite. For a single mode half of the squared Mahalanobis distance.
+/// centre of a mode; at least 0, never infinite. For a single mode half of the squared Mahalanobis distance. Source:
+/// docs/method.md, M8.
 double nonconformity(const Prediction& prediction, std::size_t step, const Vector2& point_m);
 
 }  // namespace sila

@@ -52,7 +52,7 @@ using PruneResult = ReductionResult<PruneReport>;
 /// Merges rare transitions into those whose fields agree with them (counts add, fields and residual GPs are fused), and
 /// transitions without recent observations into one that knows their place, also if it disagrees. Removes primitives
 /// that no transition touches. With sites apart, a transition subsumes only transitions of its own site. Never grows a
-/// model; idempotent. With `enabled` false the model itself, bit for bit.
+/// model; idempotent. With `enabled` false the model itself, bit for bit. Precondition: `check(model)`.
 PruneResult prune(Model model, const PruneConfig& config, const FuseConfig& fusing = {},
                   const ResidualConfig& residual = {});
 
@@ -90,7 +90,8 @@ BudgetResult apply_budget(Model model, const ModelBudget& budget);
 
 /// A model for export: only transitions that at least `min_people` different tracks support, between primitives with
 /// the same support. Nothing else remains except sums over all tracks (error statistics without those of positions;
-/// docs/privacy.md). May be empty. Throws: std::invalid_argument if min_people is below 1.
+/// docs/privacy.md). May be empty. Throws: std::invalid_argument if min_people is below 1. Source:
+/// docs/decisions/0092-support.md.
 Model k_anonymous(Model model, int min_people);
 
 /// A model that knows only how people walked at the places of other models: the sum of their error statistics and of

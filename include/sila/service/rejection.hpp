@@ -23,7 +23,6 @@ enum class Rejection {
   no_camera,
 };
 
-/// The texts of a rejection.
 struct RejectionText {
   Rejection rejection;
   std::string_view name;  ///< in JSON and metrics

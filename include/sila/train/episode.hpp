@@ -60,7 +60,7 @@ struct Episode {
 using Update = std::function<Episode(const Model& previous, const Batch& batch, const ModelSettings& settings)>;
 
 Update sila_update(const EpisodeConfig& config);  ///< learn, fuse, prune: M(n) = prune(fuse(M(n-1), M'(n)))
-/// Learn, then add without fusing (standard incremental learning).
+/// Learn, then add without fusing. Source: SILA paper, second baseline (standard incremental learning).
 Update accumulate_update(const EpisodeConfig& config);
 /// Learns anew from all batches so far, which it keeps (batch learning); each call needs the batches in order.
 Update retrain_update(const EpisodeConfig& config);
@@ -83,7 +83,8 @@ void require_same_units(const Model& model, const EpisodeConfig& config);
 /// Throws: as settings_for at the first site of the model.
 void require_fitting(const Model& model, const EpisodeConfig& config);
 
-/// The error statistics of a model on tracks that it has not learnt, for each site of the tracks.
+/// The error statistics of a model on tracks that it has not learnt, for each site of the tracks. Throws: as
+/// settings_for, and for a track that breaks its invariant.
 std::vector<SiteErrors> error_statistics_on(const Model& model, std::span<const FramedTrajectory> unseen,
                                             const EpisodeConfig& config);
 
@@ -115,11 +116,12 @@ using EpisodeObserver = std::function<void(int, const Model& previous, const Epi
 /// Gives the next batch; an empty one after the last. The tracks must stay valid until the next call.
 using BatchSource = std::function<std::span<const FramedTrajectory>()>;
 
-/// Learns batch after batch. SILA and every baseline, files and tracks in memory use this one loop.
+/// Learns batch after batch. SILA and every baseline, files and tracks in memory use this one loop. Throws: as
+/// run_episode.
 Training run_batches(Model start, const BatchSource& next_batch, const EpisodeConfig& config, const Update& update,
                      const EpisodeObserver& observer = {});
 
-/// The same for tracks in memory, `batch_size` per batch.
+/// The same for tracks in memory, `batch_size` per batch. Throws: std::invalid_argument also if that is 0.
 Training run_episodes(const Model& start, std::span<const FramedTrajectory> tracks, std::size_t batch_size,
                       const EpisodeConfig& config, const Update& update, const EpisodeObserver& observer = {});
 

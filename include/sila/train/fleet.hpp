@@ -27,7 +27,7 @@ struct ChosenPartition {
   std::vector<EpisodeId> left_out;
 };
 
-/// The frame of the first track of a partition; for a model, that of its first site.
+/// The frame of the first track of a partition; for a model, that of its first site; the default frame for none.
 CurbFrame site_of(const Partition& partition);
 
 /// Partitions in an order that depends on their content alone. Each site's partitions are evenly spread, so that
@@ -39,7 +39,6 @@ std::vector<ChosenPartition> choose_partitions(std::span<const std::vector<Episo
                                                std::span<const CurbFrame> sites, const std::vector<bool>& are_models,
                                                const std::vector<EpisodeId>& known);
 
-/// Error statistics by site.
 struct SiteErrorStatistics {
   std::vector<SiteErrors> sites;
 };
@@ -90,7 +89,8 @@ FleetValue run_task(FleetStep step, const Partition& partition, std::span<const 
 double agreed_width_m(std::vector<double> widths_m);
 
 /// Runs all tasks in this process, one after another. Partitions without a new episode change nothing. If curb
-/// coordinates are scaled by width and neither the configuration nor `start` has one, it is agreed_width_m.
+/// coordinates are scaled by width and neither the configuration nor `start` has one, it is agreed_width_m. Throws: as
+/// run_task.
 Model learn_fleet(const Model& start, std::vector<Partition> partitions, EpisodeConfig config);
 
 }  // namespace sila
