@@ -11,6 +11,7 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include "core/concatenate.hpp"
 #include "core/dropped_rows.hpp"
 #include "core/lower.hpp"
 #include "core/track_cuts.hpp"
@@ -200,17 +201,19 @@ std::vector<std::string> ids_of(const std::vector<Tracklet>& tracklets, const st
   return ids;
 }
 
-/// Rows that share their time stamp with others of their track.
-std::size_t rows_of_shared_stamps(const TrackReport& report) {
-  std::size_t rows = 0;
-  for (const DroppedRows& entry : report.dropped) {
-    if (entry.reason == DropReason::averaged || entry.reason == DropReason::contradictory) rows += entry.rows;
-  }
-  return rows;
+std::size_t rows_dropped(const TrackReport& report, DropReason reason) {
+  const auto entry = std::ranges::find(report.dropped, reason, &DroppedRows::reason);
+  return entry == report.dropped.end() ? 0 : entry->rows;
 }
 
-/// More jumps than this, and than a tenth of the rows, do not come from re-used ids.
-constexpr std::size_t kManyJumps = 20;
+/// Rows that share their time stamp with others of their track.
+std::size_t rows_of_shared_stamps(const TrackReport& report) {
+  return rows_dropped(report, DropReason::averaged) + rows_dropped(report, DropReason::contradictory);
+}
+
+/// More rows than this, and than a tenth of all, have a common cause: more jumps do not come from re-used ids, more
+/// rows that stand alone not from single misses.
+constexpr std::size_t kManyRows = 20;
 
 /// A trajectory and the id that the input gave it.
 struct CleanedTrack {
@@ -223,6 +226,7 @@ std::vector<CleanedTrack> clean_source(const Detections& source, const std::stri
                                        TrackReport& report) {
   add(report.dropped, source.dropped);
   const std::size_t shared_before = rows_of_shared_stamps(report), jumps_before = report.splits_at_jumps;
+  const std::size_t alone_before = rows_dropped(report, DropReason::single_sample), gaps_before = report.splits_at_gaps;
   const std::vector<RawTrack> tracks = raw_tracks(source, config, report);
   auto& warnings = report.warnings;
   warnings.insert(warnings.end(), source.warnings.begin(), source.warnings.end());
@@ -235,10 +239,16 @@ std::vector<CleanedTrack> clean_source(const Detections& source, const std::stri
   const std::vector<std::string> of_units = unit_warnings(paths, config.max_gap_s);
   for (const std::string& warning : of_units) warnings.push_back(source.source + ": " + warning);
   const std::size_t jumps = report.splits_at_jumps - jumps_before;
-  if (of_units.empty() && jumps > std::max(kManyJumps, source.rows.size() / 10))
+  const std::size_t alone = rows_dropped(report, DropReason::single_sample) - alone_before;
+  const std::size_t many = std::max(kManyRows, source.rows.size() / 10);
+  if (of_units.empty() && jumps > many)
     warnings.push_back(source.source + ": tracks jump at " + std::to_string(jumps) + " of " +
                        counted(source.rows.size(), "row") +
                        ": are the columns t, x and y in another order, or are the ids not those of persons?");
+  else if (of_units.empty() && alone > many && report.splits_at_gaps - gaps_before > many)
+    warnings.push_back(concatenate(source.source, ": ", alone, " of ", counted(source.rows.size(), "row"),
+                                   " stand alone: the rows of their tracks are more than ", config.max_gap_s,
+                                   " s apart; to keep them, set clean.max_gap_s to a longer time"));
   if (2 * (rows_of_shared_stamps(report) - shared_before) > source.rows.size())
     warnings.push_back(
         source.source +

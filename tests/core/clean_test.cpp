@@ -83,6 +83,22 @@ TEST(Clean, WarnsOfExchangedColumns) {
   EXPECT_TRUE(says(tracks.report.warnings[0], "are the columns t, x and y in another order"));
 }
 
+TEST(Clean, WarnsOfSlowTracksBesideFasterOnes) {
+  std::vector<Detection> slow, alone;
+  for (int i = 0; i < 40; ++i) {
+    slow.push_back({"slow", 1.5 * i, Vector2(1.5 * i, 5.0)});
+    alone.push_back({std::to_string(i), 1.5 * i, Vector2(1.5 * i, 5.0)});
+  }
+  const CleanTracks tracks = clean_one(walk("a", 0.0, 100) + slow);
+  ASSERT_EQ(tracks.report.warnings.size(), 1U);
+  EXPECT_TRUE(
+      says(tracks.report.warnings[0], "40 of 140 rows stand alone: the rows of their tracks are more than 1 s"));
+  CleanConfig longer;
+  longer.max_gap_s = 1.5;
+  EXPECT_TRUE(clean_one(walk("a", 0.0, 100) + slow, longer).report.warnings.empty());
+  EXPECT_TRUE(clean_one(walk("a", 0.0, 100) + alone).report.warnings.empty()) << "ids with one row each have no gap";
+}
+
 TEST(Clean, KeepsAnOrdinaryTrackAsItIs) {
   const CleanTracks tracks = clean_one(walk("17", 5.0, 4));
   ASSERT_EQ(ids_of(tracks), std::vector<std::string>{"17"});
