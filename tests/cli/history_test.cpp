@@ -140,6 +140,7 @@ TEST_F(Program, BeginsANewPlaceWithAPrior) {
   fs::copy(folder_ / "p.sila", folder_ / "new.sila");
   const Outcome learnt = run("learn tracks.csv --scene tracks.scene.json --model new.sila --batch 20");
   ASSERT_EQ(learnt.code, 0) << learnt.err;
+  EXPECT_FALSE(says(learnt.err, "prior make"));
   const auto model = json_of("inspect new.sila --json");
   EXPECT_EQ(model.at("prior_windows"), prior.at("prior_windows"));
   EXPECT_EQ(model.at("size"), json_of("inspect m.sila --json").at("size"));
@@ -148,9 +149,10 @@ TEST_F(Program, BeginsANewPlaceWithAPrior) {
   expect_rejected("prior make m.sila --out q.sila --set predict.horizon_s=3", {"for a prior without models"});
   expect_rejected("prior make tracks.csv --out q.sila", {"tracks.csv"});
   expect_rejected("prior make m.sila m.sila --out q.sila", {"would count twice"});
-  ASSERT_EQ(
-      run("learn tracks.csv --scene tracks.scene.json --model short.sila --batch 30 --set predict.horizon_s=3").code,
-      0);
+  const Outcome few =
+      run("learn tracks.csv --scene tracks.scene.json --model short.sila --batch 30 --set predict.horizon_s=3");
+  ASSERT_EQ(few.code, 0) << few.err;
+  EXPECT_TRUE(says(few.err, "`sila prior make --out NEW.sila`"));
   expect_rejected("prior make m.sila short.sila --out q.sila", {"predict.horizon_s = 5", "predict.horizon_s = 3"});
 }
 
