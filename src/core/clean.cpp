@@ -248,7 +248,7 @@ std::vector<CleanedTrack> clean_source(const Detections& source, const std::stri
   else if (of_units.empty() && alone > many && report.splits_at_gaps - gaps_before > many)
     warnings.push_back(concatenate(source.source, ": ", alone, " of ", counted(source.rows.size(), "row"),
                                    " stand alone: the rows of their tracks are more than ", config.max_gap_s,
-                                   " s apart; to keep them, set clean.max_gap_s to a longer time"));
+                                   " s apart; to keep them, set ", gap_setting(paths, config.max_gap_s)));
   if (2 * (rows_of_shared_stamps(report) - shared_before) > source.rows.size())
     warnings.push_back(
         source.source +

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include "core/concatenate.hpp"
@@ -105,6 +106,19 @@ std::vector<double> walking_speeds(std::span<const Trajectory> tracks) {
   return speeds;
 }
 
+std::string gap_setting(std::span<const Trajectory> tracks, double max_gap_s) {
+  constexpr double largest_s = 60.0;  // of the setting
+  std::vector<double> gaps_s;
+  for (const Trajectory& track : tracks) {
+    for (std::size_t i = 1; i < track.times_s.size(); ++i) {
+      const double gap_s = track.times_s[i] - track.times_s[i - 1];
+      if (gap_s > max_gap_s) gaps_s.push_back(gap_s);
+    }
+  }
+  const double value_s = std::ceil(2.0 * quantile(std::move(gaps_s), 0.5));
+  return value_s > max_gap_s && value_s <= largest_s ? concatenate("clean.max_gap_s=", value_s) : "clean.max_gap_s";
+}
+
 std::vector<std::string> unit_warnings(std::span<const Trajectory> tracks, double max_gap_s, bool live) {
   const std::string remedy = live ? "give a camera (--camera, in Python camera=), or send metres and seconds"
                                   : "give a camera (--camera), metres_per_unit (--metres-per-unit) or, for a new "
@@ -116,7 +130,7 @@ std::vector<std::string> unit_warnings(std::span<const Trajectory> tracks, doubl
     warnings.push_back(concatenate("the samples of a track are ", seen.interval_s,
                                    " s apart; are the stamps frames or milliseconds? ",
                                    live ? "Send seconds" : "In a CSV file, name their column frame or t_ms",
-                                   ". If they are seconds, set clean.max_gap_s"));
+                                   ". If they are seconds, set ", gap_setting(tracks, max_gap_s)));
   const bool large = seen.box.sizes().maxCoeff() > kLargePlace_m;
   if (seen.upper_quartile_mps > kRunner_mps) {
     warnings.push_back(concatenate(

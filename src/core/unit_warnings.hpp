@@ -9,6 +9,10 @@
 
 namespace sila {
 
+/// "clean.max_gap_s=3": in whole seconds twice the median of the gaps longer than `max_gap_s`, so that one missing
+/// sample cuts no slow track. Without a value if there is no such gap, or beyond the range of the setting.
+std::string gap_setting(std::span<const Trajectory> tracks, double max_gap_s);
+
 /// Warnings about units: positions that look like pixels or centimetres, stamps that look like frames or milliseconds.
 /// Compares the speed and the extent of the tracks of one source, before anything was split; silent on pedestrians in
 /// metres and seconds. `live`: the remedies are those of a stream, not of a file. Source: own rule,

@@ -93,8 +93,9 @@ TEST(Clean, WarnsOfSlowTracksBesideFasterOnes) {
   ASSERT_EQ(tracks.report.warnings.size(), 1U);
   EXPECT_TRUE(
       says(tracks.report.warnings[0], "40 of 140 rows stand alone: the rows of their tracks are more than 1 s"));
+  EXPECT_TRUE(says(tracks.report.warnings[0], "to keep them, set clean.max_gap_s=3"));
   CleanConfig longer;
-  longer.max_gap_s = 1.5;
+  longer.max_gap_s = 3.0;
   EXPECT_TRUE(clean_one(walk("a", 0.0, 100) + slow, longer).report.warnings.empty());
   EXPECT_TRUE(clean_one(walk("a", 0.0, 100) + alone).report.warnings.empty()) << "ids with one row each have no gap";
 }
@@ -136,7 +137,7 @@ TEST(Clean, ATrackerAtOneHertzMayJitter) {
   const CleanTracks slow = clean_one(rows);
   EXPECT_TRUE(slow.trajectories.empty());
   ASSERT_FALSE(slow.report.warnings.empty());
-  EXPECT_TRUE(says(slow.report.warnings[0], "clean.max_gap_s"));
+  EXPECT_TRUE(says(slow.report.warnings[0], "set clean.max_gap_s=4"));
 }
 
 TEST(Clean, SplitsReusedIdsAtJumps) {
@@ -379,6 +380,7 @@ TEST(UnitWarnings, SeeStampsThatAreNotSeconds) {
   const std::vector<Trajectory> milliseconds = {straight(0.0013, 40.0, 0.1)};
   ASSERT_EQ(unit_warnings(milliseconds, 1.0).size(), 1U);
   EXPECT_TRUE(says(unit_warnings(milliseconds, 1.0)[0], "milliseconds"));
+  EXPECT_TRUE(unit_warnings(milliseconds, 1.0)[0].ends_with("set clean.max_gap_s")) << "80 s is out of range";
 }
 
 }  // namespace
