@@ -333,8 +333,14 @@ std::optional<TrackFile> live_detections(const nlohmann::json& object, const Rea
 }
 
 TrackFile read_ndjson(const TextTable& table, const ReadOptions& options) {
-  const bool stamped = table.rows.front().text.find("\"t\"") != std::string_view::npos;
-  const TrackFormat format = options.format.value_or(stamped ? TrackFormat::ndjson : TrackFormat::trajnetpp);
+  const TextLine& first = table.rows.front();
+  const auto has = [&](std::string_view key) { return first.text.find(key) != std::string_view::npos; };
+  if (has("\"t0\"") && has("\"modes\""))
+    throw FormatError(
+        table.path, first.number, "tracks",
+        "predictions of sila; give the tracks of which they were made (sila evaluate TRACKS --predictions "
+        "FILE scores predictions)");
+  const TrackFormat format = options.format.value_or(has("\"t\"") ? TrackFormat::ndjson : TrackFormat::trajnetpp);
   TrackFile file = format == TrackFormat::ndjson ? read_detection_lines(table) : read_trajnetpp(table, options);
   return in_metres(std::move(file), options);
 }

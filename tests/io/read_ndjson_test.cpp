@@ -3,6 +3,7 @@
 #include "io/files.hpp"
 #include "io/rows.hpp"
 #include "sila/io/track_files.hpp"
+#include "support/message_of.hpp"
 
 namespace sila {
 namespace {
@@ -39,6 +40,12 @@ TEST(DetectionLines, AreReadAsTheServiceHearsThem) {
   EXPECT_EQ(rows_of(file.detections, DropReason::not_a_number), 1U);
   EXPECT_EQ(rows_of(file.detections, DropReason::not_json), 1U);
   EXPECT_EQ(file.detections.rows_read, 4U);
+}
+
+TEST(DetectionLines, AreNotPredictions) {
+  const std::string text = "{\"track\": \"1\", \"t0\": 3.2, \"t\": [0.2], \"modes\": [{\"x\": [1], \"y\": [2]}]}\n";
+  const std::string message = message_of<FormatError>([&] { read_text("p.ndjson", text); });
+  EXPECT_TRUE(says(message, "p.ndjson:1: expected tracks, found predictions of sila; give the tracks")) << message;
 }
 
 }  // namespace
