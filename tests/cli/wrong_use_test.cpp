@@ -217,6 +217,7 @@ TEST_F(Program, ReportsEachRejectedLineOfItsInput) {
   }
   EXPECT_EQ(rejected, (std::map<std::string, int>{{"not_json", 30}, {"not_usable", 1}}));
   EXPECT_TRUE(says(outcome.err, "standard input: {\"rejected\":\"not_json\""));
+  EXPECT_TRUE(says(outcome.err, "the service reads NDJSON (docs/service.md), such as `sila replay TRACKS` writes"));
   EXPECT_EQ(outcome.err.find("not_json"), outcome.err.rfind("not_json")) << "only the first report of a kind";
 }
 

@@ -32,7 +32,8 @@ struct RejectionText {
 /// Every rejection once, in the order of the enumeration.
 inline constexpr std::array<RejectionText, 13> kRejections{{
     {Rejection::too_long, "too_long", "the line is longer than service.max_line_bytes"},
-    {Rejection::not_json, "not_json", "the line is not a JSON object"},
+    {Rejection::not_json, "not_json",
+     "the line is not a JSON object; the service reads NDJSON (docs/service.md), such as `sila replay TRACKS` writes"},
     {Rejection::not_a_detection, "not_a_detection",
      "a detection has the numbers t, x, y and a text or whole number id"},
     {Rejection::not_usable, "not_usable",
