@@ -34,11 +34,9 @@ TestWindows windows_with_future(std::span<const FramedTrajectory> tracks, const 
   const std::string too_short = concatenate("a track must last at least ", config.predict.observe_s, " s observed and ",
                                             config.predict.horizon_s, " s predicted");
   for (std::size_t i = 0; i < tracks.size(); ++i) {
-    std::vector<Window> windows =
-        windows_of(tracks.subspan(i, 1), config.sampling, config.predict, evaluate_config.stride_s,
-                   std::span(&evaluate_config.observed_s, 1), &present);
     const std::size_t before = found.windows.size();
-    for (Window& window : windows) {
+    for (Window& window : windows_of(tracks.subspan(i, 1), config.sampling, config.predict, evaluate_config.stride_s,
+                                     std::span(&evaluate_config.observed_s, 1), &present)) {
       if (window.future_m.size() == steps) found.windows.push_back(std::move(window));
     }
     if (found.windows.size() == before) ++found.skipped[too_short];

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <iterator>
+#include <limits>
 #include <map>
 #include <random>
 #include <span>
@@ -15,8 +16,8 @@ namespace {
 /// The tracklets of one person, and when the person was there [s], on the clock of the recording.
 struct Person {
   std::vector<FramedTrajectory> tracklets;
-  double begin_s = 0.0;
-  double end_s = 0.0;
+  double begin_s = std::numeric_limits<double>::infinity();
+  double end_s = -std::numeric_limits<double>::infinity();
 
   std::size_t recording() const { return tracklets.front().track.recording; }
 };
@@ -34,9 +35,8 @@ std::vector<Person> people_of(std::vector<FramedTrajectory> tracks) {
     validate(placed.track);
     const std::vector<double>& times_s = placed.track.times_s;
     Person& person = people[person_of(placed.track.id)];
-    const bool first = person.tracklets.empty();
-    person.begin_s = first ? times_s.front() : std::min(person.begin_s, times_s.front());
-    person.end_s = first ? times_s.back() : std::max(person.end_s, times_s.back());
+    person.begin_s = std::min(person.begin_s, times_s.front());
+    person.end_s = std::max(person.end_s, times_s.back());
     person.tracklets.push_back(std::move(placed));
   }
   std::vector<Person> result;

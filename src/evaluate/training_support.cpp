@@ -15,6 +15,7 @@ namespace {
 constexpr double kAlike_m = 2.0;
 constexpr double kAlike_mps = 0.5;
 constexpr double kStays_m = 1.0;
+constexpr double kFullTurn_rad = 2.0 * std::numbers::pi;
 constexpr double kGap_rad = 20.0 * std::numbers::pi / 180.0;
 constexpr double kLeastShare = 0.15;
 constexpr std::size_t kLeastPeople = 12;
@@ -39,9 +40,8 @@ std::vector<std::vector<double>> clusters_of(std::vector<double> directions_rad)
     if (clusters.empty() || direction - clusters.back().back() >= kGap_rad) clusters.emplace_back();
     clusters.back().push_back(direction);
   }
-  const double round_rad = 2.0 * std::numbers::pi;
-  if (clusters.size() > 1 && directions_rad.front() + round_rad - directions_rad.back() < kGap_rad) {
-    for (const double direction : clusters.front()) clusters.back().push_back(direction + round_rad);
+  if (clusters.size() > 1 && directions_rad.front() + kFullTurn_rad - directions_rad.back() < kGap_rad) {
+    for (const double direction : clusters.front()) clusters.back().push_back(direction + kFullTurn_rad);
     clusters.erase(clusters.begin());
   }
   return clusters;
@@ -53,8 +53,7 @@ std::size_t nearest_way(std::span<const Way> ways, const Vector2& way_m) {
   if (stays != ways.end() && way_m.norm() < kStays_m) return index(stays);
   const double direction = direction_of(way_m);
   return index(std::ranges::min_element(ways, {}, [&](const Way& way) {
-    constexpr double round_rad = 2.0 * std::numbers::pi;
-    return way.stays ? round_rad : std::abs(std::remainder(way.direction_rad - direction, round_rad));
+    return way.stays ? kFullTurn_rad : std::abs(std::remainder(way.direction_rad - direction, kFullTurn_rad));
   }));
 }
 
@@ -116,7 +115,7 @@ std::optional<double> probability_of_way_taken(const Prediction& prediction, con
     for (int r = 0; r < kRadii; ++r) {
       const double radius = std::sqrt(-2.0 * std::log(1.0 - (r + 0.5) / kRadii));  // of a Gaussian in two dimensions
       for (int d = 0; d < kDirections; ++d) {
-        const double angle = 2.0 * std::numbers::pi * (d + 0.5 * (r % 2)) / kDirections;
+        const double angle = kFullTurn_rad * (d + 0.5 * (r % 2)) / kDirections;
         const Vector2 point = mode.path_m.back() + factor * radius * Vector2(std::cos(angle), std::sin(angle));
         hits += nearest_way(ways, point - here) == taken ? 1 : 0;
       }

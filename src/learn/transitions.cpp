@@ -39,21 +39,20 @@ GpData gather(std::span<const CurbTrajectory> tracks, const std::vector<Stretch>
 std::map<TransitionKey, ObservedTransition> observe_transitions(std::span<const CurbTrajectory> tracks,
                                                                 std::span<const std::vector<Segment>> segments,
                                                                 std::span<const int> sites, double stride_s) {
+  std::map<TransitionKey, ObservedTransition> observed;
   std::map<TransitionKey, std::vector<Stretch>> stretches;
-  std::map<TransitionKey, std::vector<SiteCount>> counts;
   for (std::size_t i = 0; i < tracks.size(); ++i) {
     const std::vector<Segment>& runs = segments[i];
     std::set<TransitionKey> seen;  // on this track; stretches of one transition share no sample, as neighbours differ
     const auto add = [&](const Segment& from, const Segment& to) {
       const TransitionKey key{from.primitive, to.primitive};
-      if (seen.insert(key).second) add_count(counts[key], {sites[i], 1.0, 1});
+      if (seen.insert(key).second) add_count(observed[key].sites, {sites[i], 1.0, 1});
       stretches[key].push_back({i, from.begin, to.end});
     };
     if (runs.size() == 1) add(runs.front(), runs.front());
     for (std::size_t r = 1; r < runs.size(); ++r) add(runs[r - 1], runs[r]);
   }
-  std::map<TransitionKey, ObservedTransition> observed;
-  for (const auto& [key, list] : stretches) observed[key] = {counts[key], gather(tracks, list, stride_s)};
+  for (const auto& [key, list] : stretches) observed[key].samples = gather(tracks, list, stride_s);
   return observed;
 }
 

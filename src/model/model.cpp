@@ -83,12 +83,6 @@ void check_site(const Model& model, std::size_t index) {
   if (site.episodes < 0 || site.tracks < 0) reject("site ", index, " has fewer than no episodes or tracks");
 }
 
-void check_field(const std::string& name, const FlowField& field) {
-  for (const SparseGp* gp : {&field.gp, field.second()}) {
-    if (gp) check_gp(name + ": a GP of the field", *gp, 2, field.independent() ? 1 : 2);
-  }
-}
-
 void check_transition(const Model& model, std::size_t index) {
   const Transition& transition = model.transitions[index];
   const std::string name = "transition " + std::to_string(transition.from) + " -> " + std::to_string(transition.to);
@@ -103,10 +97,13 @@ void check_transition(const Model& model, std::size_t index) {
     if (std::pair(before.from, before.to) >= std::pair(transition.from, transition.to))
       reject(name, " is out of order or stands twice");
   }
-  check_field(name, transition.field);
-  if (transition.field.independent() != model.transitions.front().field.independent())
+  const FlowField& field = transition.field;
+  for (const SparseGp* gp : {&field.gp, field.second()}) {
+    if (gp) check_gp(name + ": a GP of the field", *gp, 2, field.independent() ? 1 : 2);
+  }
+  if (field.independent() != model.transitions.front().field.independent())
     reject(name, ": its outputs are independent or shared, unlike those of the first transition");
-  check_extent(model.settings.grid, name, transition.field);
+  check_extent(model.settings.grid, name, field);
   const SparseGp& residual = entry_of(model.refinement.residuals, index);
   if (residual.points == 0.0) return;
   if (residual.pseudo_inputs.cols() == 0) reject(name, ": the residual GP has points, but no pseudo-input");

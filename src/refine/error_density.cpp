@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "model/parts.hpp"
 
@@ -110,8 +111,7 @@ ErrorDensity::ErrorDensity(const DensityMoments& moments, int steps, double inte
                     (seen.weight + prior);
     }
   }
-  double total = 0.0;
-  for (const double count : counts) total += count;
+  const double total = std::accumulate(counts.begin(), counts.end(), 0.0);
   for (std::size_t c = 0; c < counts.size(); ++c) weights_[c] = total > 0.0 ? counts[c] / total : before.shares[c];
 }
 

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <numeric>
 
 #include "core/kinematics.hpp"
@@ -83,12 +82,12 @@ PrequentialError path_error(const Prediction& prediction, const Window& window, 
   return error;
 }
 
-Example example_of(const Predictor& predictor, const Window& window, int steps, Workspace& workspace) {
+Example example_of(const PreparedModel& model, const Window& window, int steps, Workspace& workspace) {
   workspace.scratch.reset();
-  const double interval_s = predictor.interval_s();
-  const MergedRollouts merged = prepared_in(predictor).merged_rollouts(window.observed, steps, workspace.scratch);
-  const Prediction& prediction = prepared_in(predictor).predict(window.observed, merged, workspace);
-  const Stacking& stacking = prepared_in(predictor).stacking(merged.seen.site);
+  const double interval_s = model.interval_s();
+  const MergedRollouts merged = model.merged_rollouts(window.observed, steps, workspace.scratch);
+  const Prediction& prediction = model.predict(window.observed, merged, workspace);
+  const Stacking& stacking = model.stacking(merged.seen.site);
   const ObservedFeatures& seen = merged.seen;
   Example example;
   example.person = seen.person;
@@ -180,16 +179,16 @@ void add(ErrorStatistics& error_statistics, const Example& example, const CurbTr
 }  // namespace
 
 GatheredErrors gather_errors(const Predictor& predictor, std::span<const Window> windows) {
-  const int steps = steps_in(predictor.config().horizon_s, predictor.interval_s());
+  const PreparedModel& model = prepared_in(predictor);
+  const int steps = steps_in(model.config().horizon_s, model.interval_s());
   std::vector<Example> each(windows.size());
   tbb::enumerable_thread_specific<Workspace> workspaces;
   tbb::parallel_for(std::size_t{0}, windows.size(),
-                    [&](std::size_t i) { each[i] = example_of(predictor, windows[i], steps, workspaces.local()); });
-  GatheredErrors sum{zero_error_statistics(steps, predictor.interval_s(), predictor.config().observe_s), {}};
+                    [&](std::size_t i) { each[i] = example_of(model, windows[i], steps, workspaces.local()); });
+  GatheredErrors sum{zero_error_statistics(steps, model.interval_s(), model.config().observe_s), {}};
   if (windows.empty()) return sum;
-  const PreparedModel& model = prepared_in(predictor);
   const Stacking& known = model.stacking(model.fields().site(windows.front().observed.frame));
-  const Stacking unfitted(sum.statistics, predictor.config());
+  const Stacking unfitted(sum.statistics, model.config());
   const Stacking& stacking = known.fitted() ? known : unfitted;
   std::array<std::vector<ChangeWindow>, kMotionStates> changes;
   // In the order of the windows, so that rounding does not depend on the threads.
@@ -223,8 +222,7 @@ ErrorStatistics shrunk_error_statistics(const Model& model, std::size_t site) {
   for (std::size_t cell = 0; cell < own.scores.size(); ++cell) {
     std::vector<double> others(kScoreBins, 0.0);
     for (std::size_t s = 0; s < sites.size(); ++s) {
-      if (s == site || sites[s].empty()) continue;
-      std::ranges::transform(others, sites[s].scores[cell], others.begin(), std::plus<>{});
+      if (s != site && !sites[s].empty()) add_sums(others, sites[s].scores[cell]);
     }
     const double windows = std::accumulate(others.begin(), others.end(), 0.0);
     const double share = std::min(1.0, kOtherSitesWindows / windows);

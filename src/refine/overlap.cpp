@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/indices.hpp"
 #include "sila/refine/prune.hpp"
 
 namespace sila::detail {
@@ -98,17 +99,16 @@ std::vector<int> remove_transitions(Model& model, const std::vector<bool>& kept)
     if (!model.refinement.residuals.empty()) residuals.push_back(std::move(model.refinement.residuals[i]));
   }
   std::vector<int> stay;
-  std::vector<int> place(model.primitives.size(), -1);
   std::vector<MotionPrimitive> primitives;
   for (std::size_t p = 0; p < model.primitives.size(); ++p) {
     if (!touched[p]) continue;
-    place[p] = static_cast<int>(stay.size());
     stay.push_back(static_cast<int>(p));
     primitives.push_back(std::move(model.primitives[p]));
   }
+  const std::vector<int> new_index = inverse_of(stay, touched.size());
   for (Transition& transition : transitions) {
-    transition.from = place[static_cast<std::size_t>(transition.from)];
-    transition.to = place[static_cast<std::size_t>(transition.to)];
+    transition.from = new_index[static_cast<std::size_t>(transition.from)];
+    transition.to = new_index[static_cast<std::size_t>(transition.to)];
   }
   model.transitions = std::move(transitions);
   model.refinement.residuals = std::move(residuals);

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "core/concatenate.hpp"
+#include "model/parts.hpp"
 #include "sila/refine/predictor.hpp"
 
 namespace sila {
@@ -112,9 +113,7 @@ Calibration::Calibration(const ErrorStatistics& error_statistics) {
     const auto cell = [&](int c) -> const std::vector<double>& {
       return error_statistics.scores[static_cast<std::size_t>(step * kScoreClasses + c)];
     };
-    for (int c = 1; c < kSpeedClasses; ++c) {
-      for (std::size_t bin = 0; bin < pooled.size(); ++bin) pooled[bin] += cell(c)[bin];
-    }
+    for (int c = 1; c < kSpeedClasses; ++c) add_sums(pooled, cell(c));
     const std::vector<double> all = shrunk(pooled, walking, kPriorScoreWindows);
     for (int c = 0; c < kScoreClasses; ++c) {
       const bool stands = motion_state_of(static_cast<std::size_t>(c)) == kStanding;

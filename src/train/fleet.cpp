@@ -106,15 +106,14 @@ Batches batches_of(const Partition& partition) {
   const std::span<const FramedTrajectory> tracks = partition.tracks;
   Batches batches;
   for (std::size_t from = 0; from < tracks.size(); from += partition.batch) {
-    batches.push_back(tracks.subspan(from, std::min(partition.batch, tracks.size() - from)));
-    if (std::ranges::binary_search(partition.left_out, episode_id(batches.back()))) batches.pop_back();
+    const auto batch = tracks.subspan(from, std::min(partition.batch, tracks.size() - from));
+    if (!std::ranges::binary_search(partition.left_out, episode_id(batch))) batches.push_back(batch);
   }
   return batches;
 }
 
 Model learn_batches(Model model, const Partition& partition, const EpisodeConfig& config) {
-  const Update update = sila_update(config);
-  for (const auto& batch : batches_of(partition)) model = run_episode(model, batch, config, update).model;
+  for (const auto& batch : batches_of(partition)) model = run_episode(model, batch, config).model;
   return model;
 }
 
