@@ -65,15 +65,15 @@ void compare_transitions(const Model& a, const Model& b, const std::vector<int>&
   for (const auto& [key, transition] : there) comparison.transitions_of_b.push_back(key);
 }
 
-/// A straight path that ends at a place with a velocity (curb coordinates).
-CurbTrajectory straight_path(const Vector2& place, const Vector2& velocity, const CurbFrame& frame, double observe_s,
+/// A straight path that ends at this position with this velocity (curb coordinates).
+CurbTrajectory straight_path(const Vector2& position, const Vector2& velocity, const CurbFrame& frame, double observe_s,
                              double interval_s) {
   CurbTrajectory path{"traced", frame, {}, {}, {}};
   const auto steps = std::max<long>(2, std::lround(observe_s / interval_s));
   for (long k = steps - 1; k >= 0; --k) {
     const double before_s = static_cast<double>(k) * interval_s;
     path.times_s.push_back(static_cast<double>(steps - 1) * interval_s - before_s);
-    path.positions.emplace_back(place - before_s * velocity);
+    path.positions.emplace_back(position - before_s * velocity);
     path.velocities.push_back(velocity);
   }
   return path;
@@ -113,11 +113,11 @@ std::vector<CurbTrajectory> traced_paths(const Model& model, double observe_s, s
   for (const Transition& transition : model.transitions) {
     const CurbFrame& frame = model.sites.at(static_cast<std::size_t>(transition.sites.at(0).site)).frame;
     const FlowPosterior posterior(transition.field.gp, transition.field.second());
-    const Eigen::MatrixXd& places = transition.field.gp.pseudo_inputs;
-    for (Eigen::Index m = 0; m < places.cols(); ++m) {
-      const Vector2 velocity = posterior.predict(places.col(m)).mean;
+    const Eigen::MatrixXd& positions = transition.field.gp.pseudo_inputs;
+    for (Eigen::Index m = 0; m < positions.cols(); ++m) {
+      const Vector2 velocity = posterior.predict(positions.col(m)).mean;
       if (velocity_to_world(frame, velocity).norm() < kStanding_mps) continue;
-      paths.push_back(straight_path(places.col(m), velocity, frame, observe_s, model.settings.sample_interval_s));
+      paths.push_back(straight_path(positions.col(m), velocity, frame, observe_s, model.settings.sample_interval_s));
     }
   }
   const std::size_t step = std::max<std::size_t>(1, (paths.size() + most - 1) / std::max<std::size_t>(1, most));
@@ -132,7 +132,7 @@ std::vector<HorizonDifference> compare_predictions(const Predictor& a, const Pre
   if (a.config().horizon_s != b.config().horizon_s || a.interval_s() != b.interval_s())
     throw std::invalid_argument("compare_predictions: the predictors have different horizons, they must be equal");
   const std::vector<double> horizons_s = horizons_until(a.config().horizon_s);
-  std::vector<std::vector<double>> apart_m(observed.size());
+  std::vector<std::vector<double>> distances_m(observed.size());
   tbb::parallel_for(std::size_t{0}, observed.size(), [&](std::size_t i) {
     const Prediction first = a.predict(observed[i]), second = b.predict(observed[i]);
     const std::size_t steps = first.times_s.size();
@@ -140,14 +140,14 @@ std::vector<HorizonDifference> compare_predictions(const Predictor& a, const Pre
     for (const double horizon_s : horizons_s) {
       const auto step = std::clamp(steps_in(horizon_s, a.interval_s()), 1, static_cast<int>(steps));
       const auto at = static_cast<std::size_t>(step - 1);
-      apart_m[i].push_back((path_a[at] - path_b[at]).norm());
+      distances_m[i].push_back((path_a[at] - path_b[at]).norm());
     }
   });
   std::vector<HorizonDifference> differences;
   for (std::size_t h = 0; h < horizons_s.size(); ++h) {
     HorizonDifference& difference = differences.emplace_back();
     difference.horizon_s = horizons_s[h];
-    for (const std::vector<double>& of_path : apart_m) {
+    for (const std::vector<double>& of_path : distances_m) {
       difference.mean_m += of_path[h] / static_cast<double>(observed.size());
       difference.max_m = std::max(difference.max_m, of_path[h]);
     }

@@ -242,9 +242,9 @@ Forecast forecast_of(const RecordedPredictions& recorded) {
 
 std::size_t count_without_track(const RecordedPredictions& recorded, std::span<const FramedTrajectory> tracks) {
   std::multimap<std::string, const std::vector<double>*> times_s;
-  for (const FramedTrajectory& placed : tracks) {
-    for (const std::string& id : {placed.track.id, person_of(placed.track.id)})
-      times_s.emplace(id, &placed.track.times_s);
+  for (const FramedTrajectory& framed : tracks) {
+    for (const std::string& id : {framed.track.id, person_of(framed.track.id)})
+      times_s.emplace(id, &framed.track.times_s);
   }
   return static_cast<std::size_t>(std::ranges::count_if(recorded, [&](const auto& entry) {
     const double t0_s = entry.first.second;

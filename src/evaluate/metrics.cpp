@@ -82,11 +82,11 @@ Metrics measure(const Prediction& prediction, std::span<const Vector2> truth_m, 
     const double log_density = std::log(unnormalised_density(prediction, j, truth[j]));
     metrics.nll += (std::log(2.0 * std::numbers::pi) - log_density) / static_cast<double>(steps);
   }
-  const double found = nonconformity(prediction, steps - 1, truth.back());
+  const double score = nonconformity(prediction, steps - 1, truth.back());
   for (std::size_t p = 0; p < metrics.coverage.size(); ++p) {
     const double level =
         prediction.regions.empty() ? -std::log1p(-kRegionProbabilities[p]) : prediction.regions[p].levels[steps - 1];
-    metrics.coverage[p] = found <= level ? 1.0 : 0.0;
+    metrics.coverage[p] = score <= level ? 1.0 : 0.0;
   }
   return metrics;
 }

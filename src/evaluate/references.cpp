@@ -32,7 +32,7 @@ Eigen::VectorXd inputs_of(std::span<const Vector2> past_m) {
   return inputs;
 }
 
-/// Where the window went beyond a path, ahead and to the left [m]: x, y of the first step, of the second, ...
+/// The recorded path minus a predicted one, ahead and to the left [m]: x, y of the first step, of the second, ...
 Eigen::RowVectorXd errors_of(std::span<const Vector2> path_m, const Window& window) {
   const Matrix2 frame = heading_frame(window.past_m);
   Eigen::RowVectorXd errors(2 * std::ssize(path_m));
@@ -57,7 +57,7 @@ struct Regression {
   Eigen::MatrixXd errors;  ///< of each window, when its fold was held back
 };
 
-/// Rows of a fold: tracks, not windows, are held back together.
+/// The fold of each window; all windows of a person are in one fold.
 std::vector<std::size_t> folds_of(std::span<const Window* const> windows) {
   std::map<std::string, std::size_t> fold_of;
   std::vector<std::size_t> folds;
@@ -153,12 +153,12 @@ Prediction LinearReference::predict(std::span<const Vector2> past_m, double inte
   const Matrix2 frame = heading_frame(past_m);
   const Vector2 here = past_m.back();
   Mode mode{1.0, constant_velocity(past_m, static_cast<int>(steps), interval_s), {}, {}};
-  Eigen::VectorXd more;
-  if (weights.size() > 0) more = weights.transpose() * inputs_of(past_m);
+  Eigen::VectorXd added_m;
+  if (weights.size() > 0) added_m = weights.transpose() * inputs_of(past_m);
   Prediction prediction;
   for (std::size_t j = 0; j < steps; ++j) {
     if (!shares.empty()) mode.path_m[j] = here + shares[j] * (mode.path_m[j] - here);
-    if (more.size() > 0) mode.path_m[j] += frame * more.segment<2>(2 * static_cast<Eigen::Index>(j));
+    if (added_m.size() > 0) mode.path_m[j] += frame * added_m.segment<2>(2 * static_cast<Eigen::Index>(j));
     mode.covariances_m2.emplace_back(frame * covariances_m2[j] * frame.transpose());
     prediction.times_s.push_back(static_cast<double>(j + 1) * interval_s);
   }

@@ -28,16 +28,16 @@ void shuffle(std::vector<T>& items, std::mt19937_64& random) {
   for (std::size_t i = items.size(); i > 1; --i) std::swap(items[i - 1], items[random() % i]);
 }
 
-/// By id.
+/// The people of the tracks, sorted by id.
 std::vector<Person> people_of(std::vector<FramedTrajectory> tracks) {
   std::map<std::string, Person> people;
-  for (FramedTrajectory& placed : tracks) {
-    validate(placed.track);
-    const std::vector<double>& times_s = placed.track.times_s;
-    Person& person = people[person_of(placed.track.id)];
+  for (FramedTrajectory& framed : tracks) {
+    validate(framed.track);
+    const std::vector<double>& times_s = framed.track.times_s;
+    Person& person = people[person_of(framed.track.id)];
     person.begin_s = std::min(person.begin_s, times_s.front());
     person.end_s = std::max(person.end_s, times_s.back());
-    person.tracklets.push_back(std::move(placed));
+    person.tracklets.push_back(std::move(framed));
   }
   std::vector<Person> result;
   for (auto& [id, person] : people) result.push_back(std::move(person));
@@ -54,7 +54,7 @@ void require_clock(std::span<const Person> recording) {
                          "file of its own");
 }
 
-/// The people of each recording by begin.
+/// The people of each recording, sorted by begin.
 std::vector<std::vector<Person>> recordings_of(std::vector<Person> people) {
   std::map<std::size_t, std::vector<Person>> by_recording;
   for (Person& person : people) by_recording[person.recording()].push_back(std::move(person));
@@ -74,7 +74,7 @@ struct Block {
   double end_s = 0.0;
 };
 
-/// How long three quarters of the people of a recording stay at most [s].
+/// The 75 % quantile of the times that the people of a recording stay [s].
 double usual_stay_s(std::span<const Person> people, std::size_t recording) {
   std::vector<double> stays_s;
   for (const Person& person : people) {
@@ -83,18 +83,19 @@ double usual_stay_s(std::span<const Person> people, std::size_t recording) {
   return quantile(std::move(stays_s), 0.75);
 }
 
-/// The blocks of the held-back people: from the first begin of neighbours to the last one and a usual stay longer.
-std::vector<Block> blocks_of(std::span<const Person> line, const std::vector<bool>& held) {
+/// The blocks of held-back people. Neighbours of one recording make one block: from the first begin of them until a
+/// usual stay after the last.
+std::vector<Block> blocks_of(std::span<const Person> ordered, const std::vector<bool>& held) {
   std::vector<Block> blocks;
   double stay_s = 0.0;
-  for (std::size_t i = 0; i < line.size(); ++i) {
+  for (std::size_t i = 0; i < ordered.size(); ++i) {
     if (!held[i]) continue;
-    const bool goes_on = i > 0 && held[i - 1] && line[i - 1].recording() == line[i].recording();
-    if (!goes_on) {
-      blocks.push_back({line[i].recording(), line[i].begin_s, 0.0});
-      stay_s = usual_stay_s(line, line[i].recording());
+    const bool same_block = i > 0 && held[i - 1] && ordered[i - 1].recording() == ordered[i].recording();
+    if (!same_block) {
+      blocks.push_back({ordered[i].recording(), ordered[i].begin_s, 0.0});
+      stay_s = usual_stay_s(ordered, ordered[i].recording());
     }
-    blocks.back().end_s = line[i].begin_s + stay_s;
+    blocks.back().end_s = ordered[i].begin_s + stay_s;
   }
   return blocks;
 }
@@ -104,19 +105,19 @@ bool near(const Block& block, const Person& person) {
          block.begin_s <= person.end_s + kEmbargo_s;
 }
 
-/// Until the end of the block that the person came in. Samples that stand alone are dropped.
+/// A person's tracklets until the end of the block in which the person came; those of one sample are dropped.
 Person until(Person person, std::span<const Block> blocks) {
   const auto within = [&](const Block& block) {
     return block.recording == person.recording() && block.begin_s <= person.begin_s && person.begin_s <= block.end_s;
   };
   const auto block = std::ranges::find_if(blocks, within);
-  for (FramedTrajectory& placed : person.tracklets) {
-    Trajectory& track = placed.track;
+  for (FramedTrajectory& framed : person.tracklets) {
+    Trajectory& track = framed.track;
     const auto end = std::ranges::upper_bound(track.times_s, block->end_s) - track.times_s.begin();
     track.times_s.resize(static_cast<std::size_t>(end));
     track.positions_m.resize(static_cast<std::size_t>(end));
   }
-  std::erase_if(person.tracklets, [](const FramedTrajectory& placed) { return placed.track.times_s.size() < 2; });
+  std::erase_if(person.tracklets, [](const FramedTrajectory& framed) { return framed.track.times_s.size() < 2; });
   return person;
 }
 
@@ -127,20 +128,20 @@ void move_tracklets(Person& person, std::vector<FramedTrajectory>& side) {
 Split split_by_time(std::vector<Person> people, std::size_t test_people, std::mt19937_64& random) {
   std::vector<std::vector<Person>> recordings = recordings_of(std::move(people));
   shuffle(recordings, random);
-  std::vector<Person> line;
-  for (std::vector<Person>& recording : recordings) std::ranges::move(recording, std::back_inserter(line));
-  if (line.empty()) return {};
-  const std::size_t from = random() % line.size();
-  std::vector<bool> held(line.size());
-  for (std::size_t i = 0; i < line.size(); ++i) held[i] = (i + line.size() - from) % line.size() < test_people;
-  const std::vector<Block> blocks = blocks_of(line, held);
+  std::vector<Person> ordered;
+  for (std::vector<Person>& recording : recordings) std::ranges::move(recording, std::back_inserter(ordered));
+  if (ordered.empty()) return {};
+  const std::size_t from = random() % ordered.size();
+  std::vector<bool> held(ordered.size());
+  for (std::size_t i = 0; i < ordered.size(); ++i) held[i] = (i + ordered.size() - from) % ordered.size() < test_people;
+  const std::vector<Block> blocks = blocks_of(ordered, held);
   Split split;
-  for (std::size_t i = 0; i < line.size(); ++i) {
+  for (std::size_t i = 0; i < ordered.size(); ++i) {
     if (held[i]) {
-      Person person = until(std::move(line[i]), blocks);
+      Person person = until(std::move(ordered[i]), blocks);
       move_tracklets(person, split.test);
-    } else if (std::ranges::none_of(blocks, [&](const Block& block) { return near(block, line[i]); })) {
-      move_tracklets(line[i], split.train);
+    } else if (std::ranges::none_of(blocks, [&](const Block& block) { return near(block, ordered[i]); })) {
+      move_tracklets(ordered[i], split.train);
     }
   }
   return split;

@@ -74,22 +74,22 @@ std::vector<Passage> passages_of(std::span<const Window> windows, double interva
 std::vector<Way> ways_on(std::span<const Passage> passages, const Window& window, double interval_s) {
   const Vector2 here = window.past_m.back(), velocity = velocity_of(window, interval_s);
   std::map<std::string, const Passage*> people;  // of each person the most similar passage
-  const auto unlike = [&](const Passage& passage) {
+  const auto difference = [&](const Passage& passage) {
     return (passage.position_m - here).norm() / kAlike_m + (passage.velocity_mps - velocity).norm() / kAlike_mps;
   };
   for (const Passage& passage : passages) {
     if ((passage.position_m - here).norm() > kAlike_m || (passage.velocity_mps - velocity).norm() > kAlike_mps)
       continue;
     const Passage*& best = people[passage.person];
-    if (best == nullptr || unlike(passage) < unlike(*best)) best = &passage;
+    if (best == nullptr || difference(passage) < difference(*best)) best = &passage;
   }
   if (people.size() < kLeastPeople) return {};
-  const double one = 1.0 / static_cast<double>(people.size());
+  const double share_of_person = 1.0 / static_cast<double>(people.size());
   Way stay{true, 0.0, 0.0};
   std::vector<double> directions_rad;
   for (const auto& [id, passage] : people) {
     if (passage->way_m.norm() < kStays_m)
-      stay.share += one;
+      stay.share += share_of_person;
     else
       directions_rad.push_back(direction_of(passage->way_m));
   }
@@ -97,7 +97,7 @@ std::vector<Way> ways_on(std::span<const Passage> passages, const Window& window
   for (const std::vector<double>& cluster : clusters_of(std::move(directions_rad))) {
     Vector2 sum = Vector2::Zero();
     for (const double direction : cluster) sum += Vector2(std::cos(direction), std::sin(direction));
-    ways.push_back({false, direction_of(sum), one * static_cast<double>(cluster.size())});
+    ways.push_back({false, direction_of(sum), share_of_person * static_cast<double>(cluster.size())});
   }
   std::erase_if(ways, [](const Way& way) { return way.share < kLeastShare; });
   return ways;
@@ -127,8 +127,8 @@ std::optional<double> probability_of_way_taken(const Prediction& prediction, con
 
 CoveredArea covered_area(std::span<const FramedTrajectory> tracks) {
   std::set<std::pair<int, int>> touched, covered;
-  for (const FramedTrajectory& placed : tracks) {
-    for (const Vector2& position_m : placed.track.positions_m) touched.insert(cell_at(position_m));
+  for (const FramedTrajectory& framed : tracks) {
+    for (const Vector2& position_m : framed.track.positions_m) touched.insert(cell_at(position_m));
   }
   for (const auto& [x, y] : touched) {
     for (int dx = -1; dx <= 1; ++dx) {

@@ -143,13 +143,13 @@ int support_of(const TransitionGroup& group, const Model& previous, const Model&
 /// `counts`: of each group by site.
 std::vector<Transition> fused_transitions(const Model& previous, const Increment& incoming, const FusionPlan& plan,
                                           std::vector<std::vector<SiteCount>> counts, const GpConfig& config) {
-  const std::vector<int> place = inverse_of(plan.kept, plan.in.size());  // final indices
+  const std::vector<int> new_index = inverse_of(plan.kept, plan.in.size());
   std::vector<Transition> result(plan.groups.size());
   tbb::parallel_for(std::size_t{0}, plan.groups.size(), [&](std::size_t g) {
     const TransitionGroup& group = plan.groups[g];
     Transition& fused = result[g];
-    fused.from = place[static_cast<std::size_t>(group.from)];
-    fused.to = place[static_cast<std::size_t>(group.to)];
+    fused.from = new_index[static_cast<std::size_t>(group.from)];
+    fused.to = new_index[static_cast<std::size_t>(group.to)];
     fused.count = group.count;
     fused.field = fuse_fields(sources_of(group, previous, incoming), config);
     fused.sites = std::move(counts[g]);

@@ -26,7 +26,7 @@ SimilarityEdges matching_edges(const FusionProblem& problem);
 /// The connected components that have an edge, in the order of their smallest primitive.
 std::vector<SimilarityEdges> connected_components(const SimilarityEdges& edges);
 
-/// What relaxing leaves of a component.
+/// A component after relaxing.
 struct Relaxed {
   std::vector<SimilarityEdges> parts;  ///< of one or two edges each
   SimilarityEdges removed;             ///< weakest first

@@ -99,7 +99,7 @@ std::vector<Coefficient> code_of(const TrackLasso& lasso, const Eigen::VectorXd&
   return code;
 }
 
-/// The entries of the gram matrix that one track needs; zero for the primitive at place `removed`, if any.
+/// The entries of the gram matrix that one track needs; zero for the primitive at index `removed`, if any.
 struct TrackGram {
   const Overlap& overlap;
   const std::vector<int>& primitives;
@@ -127,10 +127,10 @@ CodingProblem::CodingProblem(std::span<const GridVector> vectors, const Grid& gr
     for (std::size_t c = 0; c < vectors[i].path.size(); ++c) {
       const Vector2& direction = vectors[i].directions[c];
       if (direction.isZero()) continue;
-      const auto place = std::lower_bound(cells.begin(), cells.end(), vectors[i].path[c]) - cells.begin();
+      const auto cell = std::lower_bound(cells.begin(), cells.end(), vectors[i].path[c]) - cells.begin();
       const Arrow value(direction.x(), direction.y(), 1.0);
-      tracks[i].push_back({static_cast<int>(place), value});
-      visits[static_cast<std::size_t>(place)].push_back({static_cast<int>(i), value});
+      tracks[i].push_back({static_cast<int>(cell), value});
+      visits[static_cast<std::size_t>(cell)].push_back({static_cast<int>(i), value});
       energy += 0.5 * value.squaredNorm();
     }
   }
@@ -181,8 +181,8 @@ std::vector<CellArrow> residual(const CodingProblem& problem, const CodingState&
   for (const Coefficient& used : state.codes[track]) {
     const std::vector<CellArrow>& primitive = state.primitives[static_cast<std::size_t>(used.primitive)];
     for (CellArrow& left : rest) {
-      const auto place = std::ranges::lower_bound(primitive, left.cell, {}, &CellArrow::cell);
-      if (place != primitive.end() && place->cell == left.cell) left.value -= used.value * place->value;
+      const auto own = std::ranges::lower_bound(primitive, left.cell, {}, &CellArrow::cell);
+      if (own != primitive.end() && own->cell == left.cell) left.value -= used.value * own->value;
     }
   }
   return rest;
@@ -201,12 +201,12 @@ Removal removal_of(const CodingProblem& problem, const CodingState& state, const
     if (std::ranges::find(state.codes[i], primitive, &Coefficient::primitive) == state.codes[i].end()) continue;
     TrackLasso lasso = track_lasso(problem, state, overlap, i, products);
     const LassoSolution present{lasso.start, gram_times(TrackGram{overlap, lasso.primitives}, lasso.start)};
-    const auto place =
+    const auto index =
         std::lower_bound(lasso.primitives.begin(), lasso.primitives.end(), primitive) - lasso.primitives.begin();
     const double before = code_cost(lasso, present);
-    lasso.products(place) = 0.0;
-    lasso.start(place) = 0.0;
-    const LassoSolution code = nonnegative_lasso(TrackGram{overlap, lasso.primitives, place}, lasso.products,
+    lasso.products(index) = 0.0;
+    lasso.start(index) = 0.0;
+    const LassoSolution code = nonnegative_lasso(TrackGram{overlap, lasso.primitives, index}, lasso.products,
                                                  DictionaryConfig::sparsity, lasso.start);
     removal.cost += code_cost(lasso, code) - before;
     removal.codes.emplace_back(i, code_of(lasso, code.s));

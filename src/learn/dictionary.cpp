@@ -67,10 +67,10 @@ std::vector<CellArrow> seed_on_support(const CodingProblem& problem, std::span<c
     for (int dx = -config.dilation_cells; dx <= config.dilation_cells; ++dx) {
       for (int dy = -config.dilation_cells; dy <= config.dilation_cells; ++dy) {
         const CellKey key{centre.x + dx, centre.y + dy};
-        const auto place = std::lower_bound(problem.cells.begin(), problem.cells.end(), key);
-        if (place == problem.cells.end() || *place != key) continue;  // no track there: it would stay zero
+        const auto found = std::lower_bound(problem.cells.begin(), problem.cells.end(), key);
+        if (found == problem.cells.end() || *found != key) continue;  // no track there: it would stay zero
         if (config.cut == CutRule::aligned && tile_of(problem.grid, key) != tile_of(problem.grid, centre)) continue;
-        cells.emplace(static_cast<int>(place - problem.cells.begin()), Arrow::Zero());
+        cells.emplace(static_cast<int>(found - problem.cells.begin()), Arrow::Zero());
       }
     }
   }

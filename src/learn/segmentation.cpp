@@ -14,8 +14,8 @@ constexpr double kSwitchPenalty = 1.5;
 constexpr std::size_t kMinRunSamples = 3;
 
 Vector2 arrow_at(const MotionPrimitive& primitive, const CellKey& cell) {
-  const auto place = std::ranges::lower_bound(primitive.cells, cell, {}, &CellVelocity::cell);
-  return place != primitive.cells.end() && place->cell == cell ? place->velocity : Vector2(Vector2::Zero());
+  const auto arrow = std::ranges::lower_bound(primitive.cells, cell, {}, &CellVelocity::cell);
+  return arrow != primitive.cells.end() && arrow->cell == cell ? arrow->velocity : Vector2(Vector2::Zero());
 }
 
 /// Scores, one row a sample, one column a label.

@@ -17,16 +17,16 @@ EpisodeId id_of(const std::string& content) {
   return {high, low};
 }
 
-EpisodeId id_of(const FramedTrajectory& placed) {
+EpisodeId id_of(const FramedTrajectory& framed) {
   std::string content;
-  const CurbFrame& frame = placed.frame;
+  const CurbFrame& frame = framed.frame;
   for (const Vector2& part : {frame.origin_m, frame.axis_1, frame.axis_2, frame.unit_m}) {
     append(content, part.x());
     append(content, part.y());
   }
   append(content, frame.sidewalk_width_m);
-  for (const double time_s : placed.track.times_s) append(content, time_s);
-  for (const Vector2& position : placed.track.positions_m) {
+  for (const double time_s : framed.track.times_s) append(content, time_s);
+  for (const Vector2& position : framed.track.positions_m) {
     append(content, position.x());
     append(content, position.y());
   }

@@ -50,13 +50,13 @@ JoinedSites join_sites(std::vector<Site> first, const std::vector<Site>& second)
 }
 
 void add_count(std::vector<SiteCount>& counts, const SiteCount& more) {
-  const auto place = std::ranges::lower_bound(counts, more.site, {}, &SiteCount::site);
-  if (place == counts.end() || place->site != more.site) {
-    counts.insert(place, more);
+  const auto known = std::ranges::lower_bound(counts, more.site, {}, &SiteCount::site);
+  if (known == counts.end() || known->site != more.site) {
+    counts.insert(known, more);
     return;
   }
-  place->count += more.count;
-  place->last_episode = std::max(place->last_episode, more.last_episode);
+  known->count += more.count;
+  known->last_episode = std::max(known->last_episode, more.last_episode);
 }
 
 double total_count(const std::vector<SiteCount>& counts) {

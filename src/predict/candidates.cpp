@@ -29,35 +29,35 @@ double log_prior(const FlowFieldIndex::Field& field, const Vector2& variance_her
   return std::log(std::max(samples.mean(), 1e-12));
 }
 
-/// Likelihood and prior of one field by the last sample; null if the field does not cover it. `least_unknown` becomes
-/// the smaller var / sigma_f^2 at that sample.
+/// Likelihood and prior of one field by the last sample; null if the field does not cover it. `least_unexplained`
+/// becomes the smaller var / sigma_f^2 at that sample.
 std::optional<Candidate> score(const FlowFieldIndex::Field& field, int index, const CurbTrajectory& observed,
-                               double& least_unknown, const PredictConfig& config) {
+                               double& least_unexplained, const PredictConfig& config) {
   const FieldPrediction here = field.posterior.predict(observed.positions.back());
-  const double unknown = field.posterior.unexplained_share(here);
-  if (unknown >= config.support_ratio) return std::nullopt;
-  least_unknown = std::min(least_unknown, unknown);
+  const double unexplained = field.posterior.unexplained_share(here);
+  if (unexplained >= config.support_ratio) return std::nullopt;
+  least_unexplained = std::min(least_unexplained, unexplained);
   const double log_likelihood =
       log_normal(observed.velocities.back() - here.mean, here.variance + field.posterior.noise_variance());
   return Candidate{index, log_likelihood, log_prior(field, here.variance, config.prior), 0.0};
 }
 
-/// Adds the terms of the earlier samples; false if the field covers too few of them. `least_unknown` becomes the
+/// Adds the terms of the earlier samples; false if the field covers too few of them. `least_unexplained` becomes the
 /// smaller var / sigma_f^2 at each sample.
 bool add_earlier_samples(Candidate& candidate, const FlowFieldIndex::Field& field, const CurbTrajectory& observed,
-                         std::span<double> least_unknown, const PredictConfig& config) {
-  const std::size_t first = observed.positions.size() - least_unknown.size();
+                         std::span<double> least_unexplained, const PredictConfig& config) {
+  const std::size_t first = observed.positions.size() - least_unexplained.size();
   int supported = 1;
   for (std::size_t t = first; t + 1 < observed.positions.size(); ++t) {
     const FieldPrediction flow = field.posterior.predict(observed.positions[t]);
     candidate.log_likelihood +=
         log_normal(observed.velocities[t] - flow.mean, flow.variance + field.posterior.noise_variance());
-    const double unknown = field.posterior.unexplained_share(flow);
-    supported += unknown < config.support_ratio ? 1 : 0;
-    least_unknown[t - first] = std::min(least_unknown[t - first], unknown);
+    const double unexplained = field.posterior.unexplained_share(flow);
+    supported += unexplained < config.support_ratio ? 1 : 0;
+    least_unexplained[t - first] = std::min(least_unexplained[t - first], unexplained);
   }
   candidate.score = config.likelihood_power * candidate.log_likelihood + candidate.log_prior;
-  return supported >= std::min(config.min_supported_samples, static_cast<int>(least_unknown.size()));
+  return supported >= std::min(config.min_supported_samples, static_cast<int>(least_unexplained.size()));
 }
 
 bool better(const Candidate& a, const Candidate& b) {
@@ -93,21 +93,21 @@ Candidates find_candidates(const FlowFieldIndex& fields, std::span<const int> ne
   const std::size_t samples = observed.positions.size();
   const double interval_s = samples > 1 ? observed.times_s[1] - observed.times_s[0] : 1.0;
   const auto scored = static_cast<std::size_t>(std::max(1L, std::lround(config.likelihood_s / interval_s)));
-  const auto least_unknown = scratch.array<double>(std::min(samples, scored));
-  std::fill(least_unknown.begin(), least_unknown.end(), 1.0);
+  const auto least_unexplained = scratch.array<double>(std::min(samples, scored));
+  std::fill(least_unexplained.begin(), least_unexplained.end(), 1.0);
   const auto list = scratch.array<Candidate>(near.size());
   std::size_t count = 0;
   for (const int index : near) {
-    if (const auto candidate = score(fields.field(index), index, observed, least_unknown.back(), config))
+    if (const auto candidate = score(fields.field(index), index, observed, least_unexplained.back(), config))
       list[count++] = *candidate;
   }
-  const std::span<Candidate> shorter = shortlist(list.first(count), least_unknown.size(), config);
+  const std::span<Candidate> shorter = shortlist(list.first(count), least_unexplained.size(), config);
   const auto end = std::remove_if(shorter.begin(), shorter.end(), [&](Candidate& candidate) {
-    return !add_earlier_samples(candidate, fields.field(candidate.transition), observed, least_unknown, config);
+    return !add_earlier_samples(candidate, fields.field(candidate.transition), observed, least_unexplained, config);
   });
   found.list = shorter.first(static_cast<std::size_t>(end - shorter.begin()));
-  found.raw_novelty =
-      std::accumulate(least_unknown.begin(), least_unknown.end(), 0.0) / static_cast<double>(least_unknown.size());
+  found.raw_novelty = std::accumulate(least_unexplained.begin(), least_unexplained.end(), 0.0) /
+                      static_cast<double>(least_unexplained.size());
   std::sort(found.list.begin(), found.list.end(), better);
   found.list = found.list.first(count_rolled_out(found.list, config));
   return found;

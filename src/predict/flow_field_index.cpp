@@ -92,16 +92,16 @@ std::size_t index_of(const std::vector<double>& sorted, double value) {
   return static_cast<std::size_t>(std::ranges::lower_bound(sorted, value) - sorted.begin());
 }
 
-/// The positions at which a field is summarised, and the summaries to fill.
+/// The points of a raster at which a field is summarised, and the summaries to fill.
 struct CellSummaries {
-  std::vector<RasterIndex> places;
+  std::vector<RasterIndex> points;
   std::vector<FlowFieldIndex::CellSummary*> summaries;
 };
 
 void fill(const CellSummaries& summaries, const FlowFieldIndex::Field& field, const std::vector<double>& xs,
           const std::vector<double>& ys) {
   const double noise_variance = field.posterior.noise_variance().mean();
-  const std::vector<FieldPrediction> flows = field.posterior.bounds(xs, ys, summaries.places);
+  const std::vector<FieldPrediction> flows = field.posterior.bounds(xs, ys, summaries.points);
   for (std::size_t i = 0; i < flows.size(); ++i) {
     const double variance = flows[i].variance.maxCoeff() + noise_variance;
     *summaries.summaries[i] = {flows[i].mean, 0.5 / variance, -std::log(variance)};
@@ -186,11 +186,11 @@ void FlowFieldIndex::add_summaries() {
   sort_and_make_unique(ys);
   std::vector<CellSummaries> summaries(fields_.size());
   for (const auto& [middle, bucket] : crowded) {
-    const RasterIndex place{index_of(xs, middle.x()), index_of(ys, middle.y())};
+    const RasterIndex point{index_of(xs, middle.x()), index_of(ys, middle.y())};
     bucket->summaries.resize(bucket->transitions.size());
     for (std::size_t k = 0; k < bucket->summaries.size(); ++k) {
       CellSummaries& of_field = summaries[static_cast<std::size_t>(bucket->transitions[k])];
-      of_field.places.push_back(place);
+      of_field.points.push_back(point);
       of_field.summaries.push_back(&bucket->summaries[k]);
     }
   }
@@ -204,10 +204,10 @@ std::optional<int> FlowFieldIndex::site(const CurbFrame& frame) const {
 const FlowFieldIndex::Bucket* FlowFieldIndex::bucket_at(const Vector2& position, std::optional<int> site) const {
   if ((apart_ && !site) || !(position.cwiseAbs().maxCoeff() < 1e9 * bucket_size_)) return nullptr;
   const Buckets& buckets = buckets_[apart_ ? static_cast<std::size_t>(*site) : 0];
-  auto place =
+  auto bucket =
       buckets.find(bucket_key(bucket_column(position.x(), bucket_size_), bucket_column(position.y(), bucket_size_)));
-  if (place == buckets.end()) place = buckets.find(kEverywhere);
-  return place == buckets.end() ? nullptr : &place->second;
+  if (bucket == buckets.end()) bucket = buckets.find(kEverywhere);
+  return bucket == buckets.end() ? nullptr : &bucket->second;
 }
 
 std::span<const int> FlowFieldIndex::near(const CurbTrajectory& observed, std::optional<int> site,

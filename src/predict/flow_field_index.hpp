@@ -60,7 +60,7 @@ class FlowFieldIndex {
   void add_wide_fields();
   void add_summaries();
 
-  double bucket_size_ = 1.0;
+  double bucket_size_ = 1.0;  ///< [curb units]
   std::size_t max_shortlisted_ = 0;
   std::vector<Site> sites_;
   bool apart_ = true;

@@ -91,9 +91,9 @@ void visit_primitives(const FlowFieldIndex& fields, std::span<const int> transit
 // Modes are few enough to be moved one by one, without memory.
 void sort_by_weight(std::vector<Mode>& modes) {
   for (auto end = modes.begin(); end != modes.end(); ++end) {
-    const auto place =
+    const auto target =
         std::upper_bound(modes.begin(), end, *end, [](const Mode& a, const Mode& b) { return a.weight > b.weight; });
-    std::rotate(place, end, end + 1);
+    std::rotate(target, end, end + 1);
   }
 }
 

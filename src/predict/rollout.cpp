@@ -68,7 +68,7 @@ class Roller {
  public:
   Roller(const FlowFieldIndex& fields, double interval_s, bool with_covariances, const PredictConfig& config,
          Scratch& scratch)
-      : fields_(fields), config_(config), dt_(interval_s), with_covariances_(with_covariances), scratch_(scratch) {}
+      : fields_(fields), config_(config), dt_s_(interval_s), with_covariances_(with_covariances), scratch_(scratch) {}
 
   std::span<Branch> start(const Candidates& candidates, const CurbTrajectory& observed) const {
     const auto branches = scratch_.array<Branch>(candidates.list.size());
@@ -90,10 +90,10 @@ class Roller {
     if (!branch.left_fields) branch.velocity = branch.here.flow.mean;
     if (!branch.left_fields && config_.own_deviation) {
       branch.velocity += branch.deviation;
-      branch.deviation *= std::exp(-dt_ / config_.noise_correlation_s);
+      branch.deviation *= std::exp(-dt_s_ / config_.noise_correlation_s);
     }
     if (with_covariances_) spread(branch, field, steps_before);
-    branch.position += dt_ * branch.velocity;
+    branch.position += dt_s_ * branch.velocity;
     if (!branch.left_fields || with_covariances_) evaluate_field(branch);
     Step& step = scratch_.array<Step>(1).front();
     step = {branch.position, branch.covariance, branch.step};
@@ -169,10 +169,10 @@ class Roller {
   /// The covariance after one more step.
   void spread(Branch& branch, const FlowFieldIndex::Field& field, int steps_before) const {
     Matrix2 step = Matrix2::Identity();
-    if (!branch.left_fields) step += dt_ * branch.here.jacobian;
+    if (!branch.left_fields) step += dt_s_ * branch.here.jacobian;
     const Matrix2 grown = step * branch.covariance * step.transpose();
     const Vector2 variance = branch.here.flow.variance + field.posterior.noise_variance();
-    const Matrix2 added = (variance * spreading_time_s(steps_before) * dt_).asDiagonal();
+    const Matrix2 added = (variance * spreading_time_s(steps_before) * dt_s_).asDiagonal();
     branch.covariance = 0.5 * (grown + grown.transpose()) + added;
   }
 
@@ -181,14 +181,14 @@ class Roller {
   /// for white noise. If the deviation at the beginning is known (own_deviation), only its later change counts.
   double spreading_time_s(int steps_before) const {
     const double correlation_s = config_.noise_correlation_s;
-    if (!config_.own_deviation) return std::min(2.0 * correlation_s, dt_ * (2.0 * steps_before + 1.0));
-    const double gained = 1.0 - std::exp(-dt_ * (steps_before + 0.5) / correlation_s);
+    if (!config_.own_deviation) return std::min(2.0 * correlation_s, dt_s_ * (2.0 * steps_before + 1.0));
+    const double gained = 1.0 - std::exp(-dt_s_ * (steps_before + 0.5) / correlation_s);
     return 2.0 * correlation_s * gained * gained;
   }
 
   const FlowFieldIndex& fields_;
   const PredictConfig& config_;
-  double dt_;
+  double dt_s_;
   bool with_covariances_;
   Scratch& scratch_;
 };

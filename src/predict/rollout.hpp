@@ -39,9 +39,9 @@ struct Rollout {
 };
 
 /// Follows each candidate for `steps` steps of `interval_s`. Where a path leaves its field it branches into the
-/// transitions that follow in the graph and know the place, weighted by P(k | j); with none it keeps its last velocity.
-/// Branching stops at `mode_horizon_s`; from there the most likely successor is taken, so that a longer horizon only
-/// adds to a shorter one. The paths live in `scratch`. Source: docs/predict.md, section 2.
+/// transitions that follow in the graph and know the position, weighted by P(k | j); with none it keeps its last
+/// velocity. Branching stops at `mode_horizon_s`; from there the most likely successor is taken, so that a longer
+/// horizon only adds to a shorter one. The paths live in `scratch`. Source: docs/predict.md, section 2.
 std::span<Rollout> roll_out(const FlowFieldIndex& fields, const Candidates& candidates, const CurbTrajectory& observed,
                             int steps, double interval_s, bool with_covariances, const PredictConfig& config,
                             Scratch& scratch);

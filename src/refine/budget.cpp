@@ -20,13 +20,13 @@ constexpr double kMinUniqueShare = 0.25;
 /// transition is evicted.
 constexpr std::array kReducedPseudoInputs{60, 30};
 
-/// For each transition: its pseudo-inputs that others represent, and those of others that it represents.
+/// For each transition:
 struct SubsumptionTable {
-  std::vector<std::vector<int>> subsumers;  ///< of each pseudo-input: number of others that know it and agree
-  /// Of each transition: the others and their pseudo-inputs, by index.
+  std::vector<std::vector<int>> subsumers;  ///< of each of its pseudo-inputs: number of others that know it and agree
+  /// Pseudo-inputs of others that it knows and agrees with: transition and pseudo-input.
   std::vector<std::vector<std::pair<std::size_t, std::size_t>>> subsumes;
   std::vector<bool> kept;
-  std::vector<double> bytes;
+  std::vector<double> bytes;  ///< with its residual GP
 };
 
 /// Adds the pseudo-inputs of `of` that `by` knows and agrees with.
@@ -34,9 +34,9 @@ void add_overlap(SubsumptionTable& table, detail::OverlapIndex& index, const std
                  std::size_t of, std::size_t by, double agreement) {
   const Eigen::Matrix2Xd& own = index.own_means(of);
   const FlowPosterior& other = index.posterior(by);
-  const Eigen::MatrixXd& places = transitions[of].field.gp.pseudo_inputs;
-  for (Eigen::Index m = 0; m < places.cols(); ++m) {
-    const FieldPrediction predicted = other.predict(places.col(m));
+  const Eigen::MatrixXd& positions = transitions[of].field.gp.pseudo_inputs;
+  for (Eigen::Index m = 0; m < positions.cols(); ++m) {
+    const FieldPrediction predicted = other.predict(positions.col(m));
     if (!detail::knows(other, predicted) || (predicted.mean - own.col(m)).norm() >= agreement) continue;
     ++table.subsumers[of][static_cast<std::size_t>(m)];
     table.subsumes[by].emplace_back(of, static_cast<std::size_t>(m));

@@ -98,21 +98,22 @@ ErrorDensity::ErrorDensity(const DensityMoments& moments, int steps, double inte
     squares = moments.scale.features(kMeanSpeed, kMeanSpeed);
   }
   if (state == kWalking) fastest_ = one_deviation_above(windows_, sum, squares);
-  const Prior& before = kPriors[state];
+  const Prior& initial = kPriors[state];
   ComponentWeights counts = {};
   for (std::size_t step = 0; step < static_cast<std::size_t>(steps); ++step) {
     const double growth = state == kStanding ? 1.0 : prior_growth(static_cast<double>(step + 1) * interval_s_);
     auto& relative = relative_.emplace_back();
     for (std::size_t c = 0; c < kMixtureComponents; ++c) {
       const ErrorMoments& seen = moments.components[step * kMixtureComponents + c];
-      const double prior = kPriorWindows * before.shares[c];
-      counts[c] += seen.weight + prior;
-      relative[c] = (Vector2(seen.along, seen.across) + Vector2::Constant(prior * before.relative[c] * growth)) /
-                    (seen.weight + prior);
+      const double prior_windows = kPriorWindows * initial.shares[c];
+      counts[c] += seen.weight + prior_windows;
+      relative[c] =
+          (Vector2(seen.along, seen.across) + Vector2::Constant(prior_windows * initial.relative[c] * growth)) /
+          (seen.weight + prior_windows);
     }
   }
   const double total = std::accumulate(counts.begin(), counts.end(), 0.0);
-  for (std::size_t c = 0; c < counts.size(); ++c) weights_[c] = total > 0.0 ? counts[c] / total : before.shares[c];
+  for (std::size_t c = 0; c < counts.size(); ++c) weights_[c] = total > 0.0 ? counts[c] / total : initial.shares[c];
 }
 
 ErrorScale ErrorDensity::scale(const ScaleFeatures& of_window) const {

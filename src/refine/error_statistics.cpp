@@ -16,10 +16,10 @@
 namespace sila {
 namespace {
 
-/// Maximum weight of all other sites together in a cell of a site's nonconformity scores.
-constexpr double kOtherSitesWindows = 20.0;
-/// The prior of a model counts at a trained site like this number of windows.
-constexpr double kElsewhereWindows = 200.0;
+/// Maximum weight of all other sites together in a cell of a site's nonconformity scores [windows].
+constexpr double kMostOtherWindows = 20.0;
+/// Maximum weight of the prior of a model at a trained site [windows].
+constexpr double kMostPriorWindows = 200.0;
 
 /// Along and across the predicted way. Without a way, the square of the error has equal parts in both directions, so
 /// that the axes of the world do not matter.
@@ -225,13 +225,13 @@ ErrorStatistics shrunk_error_statistics(const Model& model, std::size_t site) {
       if (s != site && !sites[s].empty()) add_sums(others, sites[s].scores[cell]);
     }
     const double windows = std::accumulate(others.begin(), others.end(), 0.0);
-    const double share = std::min(1.0, kOtherSitesWindows / windows);
+    const double share = std::min(1.0, kMostOtherWindows / windows);
     for (std::size_t bin = 0; bin < others.size(); ++bin) own.scores[cell][bin] += share * others[bin];
   }
   const ErrorStatistics& prior = model.refinement.prior;
   const double windows = windows_in(prior.density);
   if (!(windows > 0.0)) return own;
-  return add_error_statistics(own, discounted(prior, std::min(1.0, kElsewhereWindows / windows)));
+  return add_error_statistics(own, discounted(prior, std::min(1.0, kMostPriorWindows / windows)));
 }
 
 }  // namespace sila

@@ -57,10 +57,10 @@ const FlowPosterior& OverlapIndex::posterior(std::size_t transition) {
 const Eigen::Matrix2Xd& OverlapIndex::own_means(std::size_t transition) {
   std::optional<Eigen::Matrix2Xd>& cached = means_[transition];
   if (cached) return *cached;
-  const Eigen::MatrixXd& places = transitions_[transition].field.gp.pseudo_inputs;
+  const Eigen::MatrixXd& positions = transitions_[transition].field.gp.pseudo_inputs;
   const FlowPosterior& own = posterior(transition);
-  cached.emplace(2, places.cols());
-  for (Eigen::Index m = 0; m < places.cols(); ++m) cached->col(m) = own.predict(places.col(m)).mean;
+  cached.emplace(2, positions.cols());
+  for (Eigen::Index m = 0; m < positions.cols(); ++m) cached->col(m) = own.predict(positions.col(m)).mean;
   return *cached;
 }
 
@@ -69,15 +69,15 @@ bool knows(const FlowPosterior& field, const FieldPrediction& predicted) {
 }
 
 std::optional<double> OverlapIndex::difference(std::size_t of, std::size_t by, double agreement) {
-  const Eigen::MatrixXd& places = transitions_[of].field.gp.pseudo_inputs;
+  const Eigen::MatrixXd& positions = transitions_[of].field.gp.pseudo_inputs;
   const Eigen::Matrix2Xd& own = own_means(of);
   const FlowPosterior& other = posterior(by);
-  const double needed = PruneConfig::agreement_share * static_cast<double>(places.cols());
+  const double needed = PruneConfig::agreement_share * static_cast<double>(positions.cols());
   double squares = 0.0;
   double known = 0.0;
-  for (Eigen::Index m = 0; m < places.cols(); ++m) {
-    if (known + static_cast<double>(places.cols() - m) < needed) return std::nullopt;  // most fail early
-    const FieldPrediction predicted = other.predict(places.col(m));
+  for (Eigen::Index m = 0; m < positions.cols(); ++m) {
+    if (known + static_cast<double>(positions.cols() - m) < needed) return std::nullopt;  // most fail early
+    const FieldPrediction predicted = other.predict(positions.col(m));
     if (!knows(other, predicted)) continue;
     known += 1.0;
     squares += (predicted.mean - own.col(m)).squaredNorm();

@@ -87,8 +87,8 @@ int subsume_rare(PruningState& state) {
   return subsumed;
 }
 
-/// Merges each transition without recent observations into the more frequent one that knows its place and differs
-/// least; returns how many.
+/// Merges each transition without recent observations into the more frequent one that knows its positions and
+/// differs least; returns how many.
 int subsume_old(PruningState& state) {
   int subsumed = 0;
   constexpr double any_difference = std::numeric_limits<double>::infinity();

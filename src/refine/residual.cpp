@@ -70,9 +70,9 @@ GpConfig residual_gp_config(const ResidualConfig& config) {
 Vector2 interpolated(const Eigen::Ref<const Eigen::Matrix2Xd>& knots_mps, double interval_s, double seconds) {
   const Eigen::Index last = knots_mps.cols() - 1;
   if (last < 0) return Vector2::Zero();
-  const double place = std::clamp(seconds / interval_s - 1.0, 0.0, static_cast<double>(last));
-  const auto before = static_cast<Eigen::Index>(place);
-  const double share = place - std::floor(place);
+  const double knot = std::clamp(seconds / interval_s - 1.0, 0.0, static_cast<double>(last));
+  const auto before = static_cast<Eigen::Index>(knot);
+  const double share = knot - std::floor(knot);
   return (1.0 - share) * knots_mps.col(before) + share * knots_mps.col(std::min(before + 1, last));
 }
 

@@ -59,7 +59,7 @@ Coefficients solve(const RegressionMoments& moments, std::size_t observed_class,
 /// errors of people who stand would outweigh all others. Then those of each class towards these.
 std::vector<Coefficients> solve(const ErrorStatistics& error_statistics, std::size_t observed_class) {
   const Eigen::Index constant = missing(kConstantVelocityFeature, observed_class) ? 0 : kConstantVelocityFeature;
-  const Coefficients before =
+  const Coefficients prior =
       kResidualShare * Coefficients::Unit(kResidualFeature) + (1.0 - kResidualShare) * Coefficients::Unit(constant);
   const double windows = std::max(1.0, error_statistics.density[kWalking].scale.weight);
   const double ridge = kRidge * (1.0 + square(kFewWindows / windows));
@@ -68,7 +68,7 @@ std::vector<Coefficients> solve(const ErrorStatistics& error_statistics, std::si
        of_step += kSpeedClasses) {
     RegressionMoments walking = of_step[1];
     for (int speed = 2; speed < kSpeedClasses; ++speed) add_sums(walking, of_step[speed]);
-    const Coefficients of_walking = solve(walking, observed_class, ridge, before);
+    const Coefficients of_walking = solve(walking, observed_class, ridge, prior);
     for (int speed = 0; speed < kSpeedClasses; ++speed) {
       const double class_ridge = motion_state(speed) == kStanding ? kStandingRidge : kClassRidge;
       solved.push_back(solve(of_step[speed], observed_class, class_ridge, of_walking));

@@ -15,14 +15,14 @@ ModelChange change_by(const FusionPlan& plan, const Model& previous, const Model
   if (plan.kept.size() != updated.primitives.size() || plan.in.size() < previous.primitives.size())
     throw invalid_argument("change_by: plan keeps ", plan.kept.size(), " of ", plan.in.size(),
                            " primitives, the updated model has ", updated.primitives.size());
-  const std::vector<int> places = inverse_of(plan.kept, plan.in.size());  // in the updated model
-  const auto place = [&](int joint) { return places.at(static_cast<std::size_t>(joint)); };
+  const std::vector<int> new_index = inverse_of(plan.kept, plan.in.size());
+  const auto at = [&](int joint) { return new_index.at(static_cast<std::size_t>(joint)); };
   const int known = change.primitives_before;
   for (int i = 0; i < known; ++i) {
-    if (place(i) < 0) change.gone.push_back(i);
+    if (at(i) < 0) change.gone.push_back(i);
   }
   for (const std::vector<int>& tuple : plan.fusion_set) {
-    FusedPrimitive fused{place(tuple.front()), {}, 0};
+    FusedPrimitive fused{at(tuple.front()), {}, 0};
     for (const int member : tuple) {
       if (member < known)
         fused.previous.push_back(member);
@@ -33,7 +33,7 @@ ModelChange change_by(const FusionPlan& plan, const Model& previous, const Model
   }
   for (const PrimitiveSplit& split : plan.splits) {
     if (split.primitive < known)
-      change.split.push_back({split.primitive, place(split.first), place(split.second)});
+      change.split.push_back({split.primitive, at(split.first), at(split.second)});
     else
       ++change.incoming_split;
   }
@@ -48,8 +48,8 @@ ModelChange change_by_retraining(const Model& previous, const Model& updated) {
 }
 
 ModelChange without_dropped(ModelChange change, const std::vector<int>& kept) {
-  const std::vector<int> place = inverse_of(kept, static_cast<std::size_t>(change.primitives_after));
-  const auto at = [&](int updated) { return place.at(static_cast<std::size_t>(updated)); };
+  const std::vector<int> new_index = inverse_of(kept, static_cast<std::size_t>(change.primitives_after));
+  const auto at = [&](int updated) { return new_index.at(static_cast<std::size_t>(updated)); };
   const std::set<int> gone_before(change.gone.begin(), change.gone.end());
   for (int i = 0, updated = 0; i < change.primitives_before; ++i) {
     if (!gone_before.contains(i) && at(updated++) < 0) change.gone.push_back(i);

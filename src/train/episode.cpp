@@ -75,8 +75,8 @@ const ErrorStatistics& common_prior(const Model& previous, const Model& incoming
   return ours;
 }
 
-/// What an update gives; the episode around it adds the rest of the report.
-Episode updated(Model model, const LearnReport& learnt, ModelChange change, const PruneReport& pruned = {}) {
+/// The episode of an update; run_episode adds the rest of the report.
+Episode episode_of(Model model, const LearnReport& learnt, ModelChange change, const PruneReport& pruned = {}) {
   Episode episode{std::move(model), {}};
   episode.report.learn = learnt;
   episode.report.prune = pruned;
@@ -120,7 +120,7 @@ Update sila_update(const EpisodeConfig& config) {
     ModelChange change = change_by(fused.plan, previous, fused.model);
     PruneResult pruned = prune(std::move(fused.model), config.prune, config.fuse, config.residual);
     change = without_dropped(std::move(change), pruned.kept);
-    return updated(std::move(pruned.model), incoming.report, std::move(change), pruned.report);
+    return episode_of(std::move(pruned.model), incoming.report, std::move(change), pruned.report);
   };
 }
 
@@ -129,7 +129,7 @@ Update accumulate_update(const EpisodeConfig& config) {
     const LearnResult incoming = increment_of(batch, settings, config);
     FuseResult sum = accumulate(previous, incoming.increment, config.residual);
     ModelChange change = change_by(sum.plan, previous, sum.model);
-    return updated(std::move(sum.model), incoming.report, std::move(change));
+    return episode_of(std::move(sum.model), incoming.report, std::move(change));
   };
 }
 
@@ -142,7 +142,7 @@ Update retrain_update(const EpisodeConfig& config) {
     LearnResult learnt = increment_of(*seen, settings, config);
     learnt.increment.model.episodes = previous.episodes + 1;
     ModelChange change = change_by_retraining(previous, learnt.increment.model);
-    return updated(std::move(learnt.increment.model), learnt.report, std::move(change));
+    return episode_of(std::move(learnt.increment.model), learnt.report, std::move(change));
   };
 }
 

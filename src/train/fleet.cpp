@@ -127,9 +127,9 @@ Model learn_partition(const Partition& partition, EpisodeConfig config) {
 /// A model of the partition and a prior alone, learnt batch by batch; each batch is scored before it is learnt.
 Model learn_in_turn(const Partition& partition, const ErrorStatistics& prior, EpisodeConfig config) {
   config.error_statistics.memory_windows = std::numeric_limits<double>::infinity();
-  Model begin;
-  begin.refinement.prior = prior;
-  return learn_batches(std::move(begin), partition, config);
+  Model start;
+  start.refinement.prior = prior;
+  return learn_batches(std::move(start), partition, config);
 }
 
 /// The model with further error statistics, at further sites, too.
@@ -310,7 +310,7 @@ Model learn_fleet(const Model& start, std::vector<Partition> partitions, Episode
   const std::vector<ChosenPartition> chosen = choose_partitions(episodes, sites, are_models, start.episode_ids);
   if (chosen.empty()) return start;
   for (const ChosenPartition& choice : chosen) partitions[choice.partition].left_out = choice.left_out;
-  const FleetValue begin = start, nothing;
+  const FleetValue start_value = start, nothing;
   const Partition none;
   std::vector<FleetValue> values;
   const std::vector<FleetTask> plan =
@@ -318,7 +318,7 @@ Model learn_fleet(const Model& start, std::vector<Partition> partitions, Episode
   for (const FleetTask& task : plan) {
     std::vector<const FleetValue*> inputs;
     for (const int from : task.inputs)
-      inputs.push_back(from == kFleetStart     ? &begin
+      inputs.push_back(from == kFleetStart     ? &start_value
                        : from == kFleetNothing ? &nothing
                                                : &values[static_cast<std::size_t>(from)]);
     const Partition& partition =

@@ -79,9 +79,9 @@ ErrorStatistics first_statistics(std::span<const FramedTrajectory> batch, const 
 BatchErrors errors_on(const Model& model, std::span<const std::vector<FramedTrajectory>> unseen,
                       const PresentPeople& present, const EpisodeConfig& config) {
   if (unseen.empty()) return {};
-  Model seen = model;
-  seen.settings = settings_for(model, unseen.front().front().frame, config);
-  return errors_by(Predictor(seen, config.predict), unseen, present, config);
+  Model with_settings = model;
+  with_settings.settings = settings_for(model, unseen.front().front().frame, config);
+  return errors_by(Predictor(with_settings, config.predict), unseen, present, config);
 }
 
 }  // namespace

@@ -11,7 +11,7 @@ namespace {
 constexpr double kSlack_s = 1e-6;
 
 /// The part of a track until sample `last`, cut as if the person had appeared `seconds` before that sample.
-Trajectory appeared(const Trajectory& track, std::size_t last, double seconds) {
+Trajectory as_if_appeared(const Trajectory& track, std::size_t last, double seconds) {
   const auto begin = track.times_s.begin();
   const auto later =
       std::upper_bound(begin, begin + static_cast<std::ptrdiff_t>(last), track.times_s[last] - seconds + kSlack_s);
@@ -29,7 +29,7 @@ Window window_at(const FramedTrajectory& framed, std::size_t last, double observ
       future(framed.track, last, static_cast<std::size_t>(steps_in(predict.horizon_s, sampling.interval_s)), sampling);
   const bool whole = observed_s >= predict.observe_s;
   observed_s = sampling.interval_s * std::floor(observed_s / sampling.interval_s + 1e-6);
-  const Trajectory recent = whole ? framed.track : appeared(framed.track, last, observed_s);
+  const Trajectory recent = whole ? framed.track : as_if_appeared(framed.track, last, observed_s);
   const std::size_t end = whole ? last : recent.times_s.size() - 1;
   const double reach_s = whole ? predict.observe_s : std::min(observed_s + sampling.interval_s, predict.observe_s);
   return {present.observe(recent, end, framed.frame, reach_s, sampling), past(recent, end, reach_s, sampling),
