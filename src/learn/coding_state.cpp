@@ -117,7 +117,8 @@ double code_cost(const TrackLasso& lasso, const LassoSolution& code) {
 
 }  // namespace
 
-CodingProblem::CodingProblem(std::span<const GridVector> vectors, const Grid& grid_) : grid(grid_) {
+CodingProblem::CodingProblem(std::span<const GridVector> vectors, const Grid& grid_, double gain_cells_)
+    : grid(grid_), gain_cells(gain_cells_) {
   std::set<CellKey> keys;
   for (const GridVector& vector : vectors) keys.insert(vector.path.begin(), vector.path.end());
   cells.assign(keys.begin(), keys.end());

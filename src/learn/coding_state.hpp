@@ -22,12 +22,13 @@ struct CellArrow {
 
 /// The tracks of a batch on the cells that any of them visits.
 struct CodingProblem {
-  CodingProblem(std::span<const GridVector> tracks, const Grid& grid);
+  CodingProblem(std::span<const GridVector> tracks, const Grid& grid, double gain_cells);
 
   std::vector<CellKey> cells;                  ///< sorted
   std::vector<std::vector<CellArrow>> tracks;  ///< per track, in path order, active cells only
   std::vector<std::vector<CellArrow>> visits;  ///< per cell; CellArrow::cell is the track here
   Grid grid;
+  double gain_cells;    ///< price of a primitive: the least by which it must lower the objective
   double energy = 0.0;  ///< 1/2 |X|^2, the objective without primitives
 };
 

@@ -19,14 +19,15 @@ constexpr double kSmallestUse = 0.2;      ///< primitives whose coefficients are
 constexpr double kShortestArrow = 0.05;   ///< shorter arrows are left out of the finished primitive
 constexpr double kSameSeedCosine = 0.5;   ///< of two seeds of one round with a larger cosine only the first is taken
 
-/// A stretch of a track's path, [begin, end) in its visits.
+/// A part of a track's path, [begin, end) in its visits.
 struct Section {
   std::size_t track = 0, begin = 0, end = 0;
   double energy = 0.0;
   auto key() const { return std::pair(track, begin); }
 };
 
-using Banned = std::set<std::pair<std::size_t, std::size_t>>;
+/// Keys of the sections that were tried; each is tried once.
+using TriedSections = std::set<std::pair<std::size_t, std::size_t>>;
 using Seeds = std::vector<std::pair<Section, std::vector<CellArrow>>>;  ///< with the arrows of new primitives
 
 bool tiles_differ(const CodingProblem& problem, int a, int b) {
@@ -39,7 +40,7 @@ double squared_norm(std::span<const CellArrow> arrows) {
                          [](double sum, const CellArrow& arrow) { return sum + arrow.value.squaredNorm(); });
 }
 
-/// The stretches of one track from which a primitive may grow, by the cut rule.
+/// The sections of one track from which a primitive may grow, by the cut rule.
 std::vector<Section> sections_of(const CodingProblem& problem, std::size_t track, std::span<const CellArrow> rest,
                                  double run_cells, CutRule cut) {
   std::vector<Section> sections;
@@ -93,20 +94,20 @@ double cosine(std::span<const CellArrow> a, std::span<const CellArrow> b) {
   return product / std::sqrt(squared_norm(a) * squared_norm(b));
 }
 
-/// The stretches with the largest unexplained energy: at most a tenth of the number of tracks, one a track, no two
-/// alike.
-Seeds choose_seeds(const CodingProblem& problem, const CodingState& state, const Banned& banned, double run_cells,
+/// The sections with the largest unexplained energy: at most a tenth of the number of tracks, one a track, no two
+/// similar.
+Seeds choose_seeds(const CodingProblem& problem, const CodingState& state, const TriedSections& tried, double run_cells,
                    const DictionaryConfig& config) {
   Seeds best;
   for (std::size_t i = 0; i < problem.tracks.size(); ++i) {
     const std::vector<CellArrow> rest = residual(problem, state, i);
     Section top;
     for (const Section& section : sections_of(problem, i, rest, run_cells, config.cut)) {
-      if (section.energy > top.energy && !banned.contains(section.key())) top = section;
+      if (section.energy > top.energy && !tried.contains(section.key())) top = section;
     }
     if (top.energy < kSmallestSeed) continue;
-    const auto stretch = std::span(rest).subspan(top.begin, top.end - top.begin);
-    best.emplace_back(top, std::vector<CellArrow>(stretch.begin(), stretch.end()));
+    const auto unexplained = std::span(rest).subspan(top.begin, top.end - top.begin);
+    best.emplace_back(top, std::vector<CellArrow>(unexplained.begin(), unexplained.end()));
   }
   std::ranges::stable_sort(best, std::ranges::greater(), [](const auto& seed) { return seed.first.energy; });
   const std::size_t room = static_cast<std::size_t>(config.max_primitives) - state.primitives.size();
@@ -124,8 +125,8 @@ Seeds choose_seeds(const CodingProblem& problem, const CodingState& state, const
 }
 
 /// The objective with the price of each primitive.
-double priced(const CodingState& state, double gain_cells) {
-  return state.objective + gain_cells * static_cast<double>(state.primitives.size());
+double priced(const CodingProblem& problem, const CodingState& state) {
+  return state.objective + problem.gain_cells * static_cast<double>(state.primitives.size());
 }
 
 /// A state, and the objective after each step towards it.
@@ -135,25 +136,25 @@ struct TracedState {
 };
 
 /// Updates primitives and codes in turn, at most `times` times, until the objective hardly falls.
-TracedState alternate(const CodingProblem& problem, TracedState traced, int times, double gain_cells) {
+TracedState alternate(const CodingProblem& problem, TracedState traced, int times) {
   CodingState& state = traced.state;
   state = with_new_codes(problem, std::move(state));
   for (int round = 0; round < times; ++round) {
     const double before = state.objective;
     state = with_new_codes(problem, with_new_primitives(problem, std::move(state)));
-    traced.objectives.push_back(priced(state, gain_cells));
+    traced.objectives.push_back(priced(problem, state));
     if (before - state.objective < kPolishDecrease * problem.energy) break;
   }
   return traced;
 }
 
 /// Removes, newest first, each primitive from index `first` on whose removal costs less than its price.
-CodingState drop_unprofitable(const CodingProblem& problem, CodingState state, std::size_t first, double gain_cells) {
+CodingState drop_unprofitable(const CodingProblem& problem, CodingState state, std::size_t first) {
   Overlap overlap = overlap_of(problem, state);
   std::vector<bool> drop(state.primitives.size(), false);
   for (std::size_t k = state.primitives.size(); k-- > first;) {
     Removal removal = removal_of(problem, state, overlap, static_cast<int>(k));
-    if (removal.cost >= gain_cells) continue;
+    if (removal.cost >= problem.gain_cells) continue;
     for (auto& [track, code] : removal.codes) state.codes[track] = std::move(code);
     state.objective += removal.cost;
     // Its index stays, with zero norm, so that no code uses it.
@@ -164,24 +165,24 @@ CodingState drop_unprofitable(const CodingProblem& problem, CodingState state, s
   return without(state, drop);
 }
 
-/// Adds rounds of new primitives until no stretch is left; a round that does not lower the priced objective is undone.
-TracedState grow(const CodingProblem& problem, double gain_cells, double run_cells, const DictionaryConfig& config) {
+/// Adds rounds of new primitives until no section is left; a round that does not lower the priced objective is undone.
+TracedState grow(const CodingProblem& problem, double run_cells, const DictionaryConfig& config) {
   CodingState state{{}, std::vector<std::vector<Coefficient>>(problem.tracks.size()), problem.energy};
-  std::vector<double> objectives{priced(state, gain_cells)};
-  Banned banned;
+  std::vector<double> objectives{priced(problem, state)};
+  TriedSections tried_sections;
   while (static_cast<int>(state.primitives.size()) < config.max_primitives) {
-    auto seeds = choose_seeds(problem, state, banned, run_cells, config);
+    auto seeds = choose_seeds(problem, state, tried_sections, run_cells, config);
     if (seeds.empty()) break;
     CodingState tried = state;
     for (auto& [section, seed] : seeds) {
       tried.primitives.push_back(std::move(seed));
-      banned.insert(section.key());  // each stretch is tried once
+      tried_sections.insert(section.key());
     }
-    tried = alternate(problem, {std::move(tried), {}}, kAlternationsPerRound, gain_cells).state;
-    tried = drop_unprofitable(problem, std::move(tried), state.primitives.size(), gain_cells);
-    if (priced(tried, gain_cells) >= priced(state, gain_cells)) continue;
+    tried = alternate(problem, {std::move(tried), {}}, kAlternationsPerRound).state;
+    tried = drop_unprofitable(problem, std::move(tried), state.primitives.size());
+    if (priced(problem, tried) >= priced(problem, state)) continue;
     state = std::move(tried);
-    objectives.push_back(priced(state, gain_cells));
+    objectives.push_back(priced(problem, state));
   }
   return {std::move(state), std::move(objectives)};
 }
@@ -239,13 +240,12 @@ Eigen::Vector3d project_arrow(const Eigen::Vector3d& arrow) {
 
 Dictionary learn_dictionary(std::span<const GridVector> tracks, const Grid& grid, double gain_cells, double run_cells,
                             const DictionaryConfig& config) {
-  const CodingProblem problem(tracks, grid);
+  const CodingProblem problem(tracks, grid, gain_cells);
   Dictionary dictionary;
-  auto [state, objectives] =
-      alternate(problem, grow(problem, gain_cells, run_cells, config), kPolishAlternations, gain_cells);
+  auto [state, objectives] = alternate(problem, grow(problem, run_cells, config), kPolishAlternations);
   dictionary.objective = std::move(objectives);
-  state = drop_unprofitable(problem, std::move(state), 0, gain_cells);
-  dictionary.objective.push_back(priced(state, gain_cells));
+  state = drop_unprofitable(problem, std::move(state), 0);
+  dictionary.objective.push_back(priced(problem, state));
   state = without_rarely_used(problem, state);
 
   std::vector<bool> empty;

@@ -3,7 +3,6 @@
 #include <tbb/parallel_for.h>
 
 #include <iterator>
-#include <map>
 #include <set>
 #include <utility>
 
@@ -12,8 +11,6 @@
 
 namespace sila {
 namespace {
-
-using Observed = std::map<TransitionKey, ObservedTransition>;
 
 /// The initial hyperparameters of fields, in curb units of `width_m` metres.
 Hyperparameters starting_hyperparameters(double width_m) {
@@ -35,8 +32,8 @@ Eigen::AlignedBox2d box_of(const Eigen::MatrixXd& positions, const Eigen::Array2
 }
 
 /// The fields are fitted in parallel; the result does not depend on the number of threads.
-std::vector<Transition> fit_transitions(const Observed& observed, const Hyperparameters& start, FieldOutputs outputs,
-                                        const GpConfig& config) {
+std::vector<Transition> fit_transitions(const ObservedTransitions& observed, const Hyperparameters& start,
+                                        FieldOutputs outputs, const GpConfig& config) {
   std::vector<Transition> transitions;
   std::vector<const GpData*> samples;
   for (const auto& [key, observation] : observed) {
@@ -141,7 +138,7 @@ LearnResult learn_together(std::span<const CurbTrajectory> tracks, const ModelSe
   model.sites = sites_of(tracks);
   std::vector<int> sites;
   for (const CurbTrajectory& track : tracks) sites.push_back(find_or_add_site(model.sites, track.frame));
-  Observed observed = observe_transitions(tracks, segments, sites, config.field.stride_s);  // T(i, j), samples
+  auto observed = observe_transitions(tracks, segments, sites, config.field.stride_s);  // T(i, j), samples
   model.transitions = fit_transitions(observed, starting_hyperparameters(settings.reference_width_m),
                                       config.field.outputs, in_curb_units(config.field.gp, settings.reference_width_m));
   model.primitives = std::move(dictionary.primitives);

@@ -45,7 +45,7 @@ struct Dictionary {
 
 /// Learns local motion primitives by augmented semi-nonnegative sparse coding:
 /// min 1/2 |X - D S|^2 + sparsity * sum S, S >= 0, each primitive in its convex set and support. Primitives are added
-/// while each lowers the objective by more than `gain_cells`. `run_cells`: the longest stretch of a new primitive if
+/// while each lowers the objective by more than `gain_cells`. `run_cells`: the longest path of a new primitive if
 /// config.cut is first_unexplained. Source: Chen, Liu, How 2016 (ASNSC); docs/learn.md, sections 2 to 5. Differs:
 /// support masks, see docs/decisions/0002-support-masks.md.
 Dictionary learn_dictionary(std::span<const GridVector> tracks, const Grid& grid, double gain_cells, double run_cells,
@@ -67,14 +67,15 @@ struct ObservedTransition {
 
 /// From and to of a transition.
 using TransitionKey = std::pair<int, int>;
+using ObservedTransitions = std::map<TransitionKey, ObservedTransition>;
 
 /// Counts each transition at most once per trajectory and gathers the samples of both of its segments. A track of one
 /// segment makes a self transition, so that its data are not lost. Shapes: `segments` has a list and `sites` the index
 /// of a site for each track. Samples are measured velocities, slow ones included, so that fields show where people slow
 /// down; of each stretch of a track one every `stride_s`, or all if that is 0. Source: SILA paper, T(i, j);
 /// docs/learn.md, section 7.
-std::map<TransitionKey, ObservedTransition> observe_transitions(std::span<const CurbTrajectory> tracks,
-                                                                std::span<const std::vector<Segment>> segments,
-                                                                std::span<const int> sites, double stride_s = 0.0);
+ObservedTransitions observe_transitions(std::span<const CurbTrajectory> tracks,
+                                        std::span<const std::vector<Segment>> segments, std::span<const int> sites,
+                                        double stride_s = 0.0);
 
 }  // namespace sila

@@ -36,10 +36,10 @@ GpData gather(std::span<const CurbTrajectory> tracks, const std::vector<Stretch>
 
 }  // namespace
 
-std::map<TransitionKey, ObservedTransition> observe_transitions(std::span<const CurbTrajectory> tracks,
-                                                                std::span<const std::vector<Segment>> segments,
-                                                                std::span<const int> sites, double stride_s) {
-  std::map<TransitionKey, ObservedTransition> observed;
+ObservedTransitions observe_transitions(std::span<const CurbTrajectory> tracks,
+                                        std::span<const std::vector<Segment>> segments, std::span<const int> sites,
+                                        double stride_s) {
+  ObservedTransitions observed;
   std::map<TransitionKey, std::vector<Stretch>> stretches;
   for (std::size_t i = 0; i < tracks.size(); ++i) {
     const std::vector<Segment>& runs = segments[i];
