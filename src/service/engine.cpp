@@ -185,8 +185,10 @@ void Engine::ingest_event(const StreamEvent& event) {
     if (stepwise_) end_streams();
     return;
   }
-  // In a stepwise run only the time stamps show that a stream was silent.
-  if (stepwise_) end_if_silent(core_, event.stream, event.detection->t_s, settings_);
+  // In a stepwise run only the time stamps show that a stream was silent. One stamp ahead by up to clock_jump_s may be
+  // a wrong one; the clock of the stream waits for the next.
+  constexpr double unsure_s = ServiceConfig::clock_jump_s - ServiceConfig::silence_s;
+  if (stepwise_) end_if_silent(core_, event.stream, event.detection->t_s - unsure_s, settings_);
   const IngestResult result = ingest(core_, event.stream, *event.detection, event.arrived_s, settings_);
   last_arrival_s_[event.stream] = event.arrived_s;
   if (result.superseded > 0) superseded_[event.stream] += result.superseded;

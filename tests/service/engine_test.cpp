@@ -40,6 +40,25 @@ TEST(Engine, DoesNotEndTheTracksOfAStreamWhoseLinesItIsLateToRead) {
   EXPECT_EQ(counters.tracks, tracks.size());
 }
 
+TEST(Engine, OneStampAheadEndsNoOtherTrackOfAStepwiseRun) {
+  const ServiceSettings settings = testing::service_settings();
+  const auto tracks_after = [&](double ahead_s) {
+    LearnerThread learner(Model{}, {}, settings.episode, settings.service, {});
+    Engine engine(settings, learner, {[](const std::vector<OutgoingLine>&) {}, {}}, true);
+    for (int k = 0; k <= 40; ++k) {
+      if (k == 20) engine.offer({1, Detection{"b", 2.0 + ahead_s, {2.0, 9.0}}, monotonic_s()});
+      engine.offer({1, Detection{"a", 0.1 * k, {0.1 * k, 0.0}}, monotonic_s()});
+    }
+    engine.offer({1, std::nullopt, monotonic_s()});
+    engine.drain();
+    Counters counters;
+    testing::comes_true([&] { return (counters = engine.metrics().counters).tracks >= 2U; });
+    return counters.tracks;
+  };
+  EXPECT_EQ(tracks_after(6.0), 2U);
+  EXPECT_EQ(tracks_after(9.0), 2U);
+}
+
 /// The lines that an engine sends for a walk, one prediction at a time.
 std::vector<std::string> lines_of(const Model& model, const OnlineCalibration& calibration) {
   const ServiceSettings settings = testing::service_settings();
