@@ -1,6 +1,7 @@
 #include "sila/evaluate/evaluate.hpp"
 
 #include <sstream>
+#include <stdexcept>
 
 #include "options.hpp"
 #include "sila/version.hpp"
@@ -40,6 +41,17 @@ RecordedPredictions predictions_of(const std::string& path, std::span<const Fram
   return recorded;
 }
 
+/// `path`: the file of the predictions; empty without one.
+void require_windows(const Evaluation& evaluation, const std::string& path, std::size_t predictions) {
+  if (!evaluation.windows.empty()) return;
+  if (!path.empty())
+    throw FormatError(path, 0, "predictions of these tracks",
+                      std::to_string(predictions) + ", none of them at a sample that can be scored");
+  std::string why = "evaluate: no window can be scored";
+  for (const auto& [reason, tracks] : evaluation.skipped) why += "; " + counted(tracks, "track") + ": " + reason;
+  throw std::invalid_argument(why + "; give longer tracks, or a shorter predict.horizon_s");
+}
+
 void evaluate_model(const EvaluateOptions& options) {
   const ThreadLimit limit(options.common.threads);
   const StoredModel stored = load_model(options.model);
@@ -55,9 +67,7 @@ void evaluate_model(const EvaluateOptions& options) {
       options.predictions.empty()
           ? evaluate(stored.model, input.tracks, config.episode, config.evaluate)
           : evaluate_forecast(forecast_of(recorded), input.tracks, config.episode, config.evaluate);
-  if (!options.predictions.empty() && evaluation.windows.empty())
-    throw FormatError(options.predictions, 0, "predictions of these tracks",
-                      std::to_string(recorded.size()) + ", none of them at a sample that can be scored");
+  require_windows(evaluation, options.predictions, recorded.size());
   nlohmann::ordered_json json = to_json(evaluation);
   json["tracks"] = input.tracks.size();
   json["size"] = size(stored.model);
@@ -79,8 +89,9 @@ void add_evaluate(CLI::App& app) {
   add_tracks(*verb, options->tracks);
   add_hold_out(*verb, options->tracks);
   verb->add_option("--model", options->model, "model file")->required()->type_name("M.sila");
-  verb->add_option("--predictions", options->predictions,
-                   "score these lines, of `predict` or `serve`, instead of what the model predicts now")
+  verb->add_option(
+          "--predictions", options->predictions,
+          "file of predictions (the output of `sila predict` or `sila serve`) to score instead of those of --model")
       ->type_name("FILE");
 }
 

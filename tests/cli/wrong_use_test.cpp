@@ -271,6 +271,13 @@ TEST_F(Program, TellsThePeopleOfSeveralFilesApart) {
   EXPECT_FALSE(says(scored.err, "without a sample"));
 }
 
+TEST_F(Program, RejectsTracksOfWhichNoWindowCanBeScored) {
+  learn();
+  folder_.write("short.csv", "track_id,t,x,y\n1,0,0,0\n1,0.5,0,0.6\n1,1,0,1.2\n");
+  expect_rejected("evaluate short.csv --scene tracks.scene.json --model m.sila",
+                  {"no window can be scored; 1 track: a track must last at least 3.2 s", "predict.horizon_s"}, 1);
+}
+
 TEST_F(Program, SaysHowManyPredictionsAreFallbacks) {
   learn();
   folder_.write("far.csv", "track_id,t,x,y\n1,0,900,900\n1,0.5,900,900.6\n1,1,900,901.2\n");
