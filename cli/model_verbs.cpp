@@ -31,7 +31,7 @@ void roll_back(const ModelOptions& options) {
   const StoredModel stored = file.read();
   const int last = last_episode(stored), oldest = file.oldest_rollback();
   print(options.common, {{"model", options.model}, {"last", last}, {"oldest", oldest}, {"size", size(stored.model)}},
-        options.model + ": as it was after episode " + std::to_string(last) + ", " +
+        options.model + (options.to ? ": as it was" : ": unchanged") + " after episode " + std::to_string(last) + ", " +
             counted(stored.model.primitives.size(), "primitive") + ", " +
             counted(stored.model.transitions.size(), "transition") +
             "; the oldest model that is kept is that of episode " + std::to_string(oldest) + "\n");

@@ -45,7 +45,8 @@ void make_prior_file(const PriorOptions& options) {
 }  // namespace
 
 void add_prior(CLI::App& app) {
-  CLI::App* group = app.add_subcommand("prior", "Begin the model of a new place with how people walk at other places.");
+  CLI::App* group =
+      app.add_subcommand("prior", "Make a prior: the first model of a new place, which has no tracks yet.");
   group->require_subcommand(1);
   group->footer("`sila prior make --help` has an example.");
   const auto [verb, options] = add_verb(

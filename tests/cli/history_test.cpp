@@ -40,6 +40,7 @@ TEST_F(Program, ListsEpisodesAndGoesBackToAnyOfThem) {
   for (const auto& horizon : difference.at("predictions")) EXPECT_EQ(horizon.at("max_m"), 0.0);
   const std::string predict = "predict tracks.csv --scene tracks.scene.json --model ";
   EXPECT_EQ(run(predict + "m.sila").out, run(predict + "three.sila").out);
+  EXPECT_TRUE(says(run("rollback m.sila --keep 2").out, "m.sila: unchanged after episode 3"));
   ASSERT_EQ(run("rollback m.sila --to 2 --keep 1").code, 0);
   expect_rejected("rollback m.sila --to 5", {"m.sila", "from episode 1 to 2"});
   expect_rejected("rollback m.sila", {"--to or --keep"});
