@@ -2,7 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
+#include <iterator>
 #include <random>
+#include <sstream>
+
+#include "sila/service/server.hpp"
 
 namespace sila {
 namespace {
@@ -134,6 +139,23 @@ TEST(OnlineCalibration, IsReadWholeOrNotAtAll) {
   for (const char* statistics : {"", "[]", "{}", R"({"online_calibration": 1})"})
     EXPECT_EQ(read(statistics), 0U) << statistics;
   EXPECT_TRUE(calibration_in(StoredModel{}).horizons_s.empty());
+}
+
+TEST(ServiceMetrics, AreInTheTableOfThePage) {
+  std::ifstream file(SILA_TESTS_DIR "/../docs/service.md");
+  const std::string page{std::istreambuf_iterator<char>(file), {}};
+  ServiceMetrics metrics;
+  metrics.drift.known = true;
+  std::istringstream text(metrics_text(metrics));
+  int families = 0;
+  for (std::string line; std::getline(text, line);) {
+    if (!line.starts_with("# HELP ")) continue;
+    const std::string name = line.substr(7, line.find(' ', 7) - 7);
+    const auto has = [&](const char* end) { return page.find('`' + name + end) != std::string::npos; };
+    EXPECT_TRUE(has("`") || has("{")) << name;
+    ++families;
+  }
+  EXPECT_GT(families, 40);
 }
 
 }  // namespace
