@@ -152,10 +152,13 @@ std::vector<std::string> unit_warnings(std::span<const Trajectory> tracks, doubl
   if (walk_mps < kSlowWalk_mps)
     warnings.push_back(concatenate(
         "people walk at ", walk_mps,
-        " m/s here: are the positions metres that are read as pixels, or is the scale or the clock wrong?"));
+        " m/s here: are the positions metres that are read as pixels, or is the scale or the clock wrong? Give no "
+        "camera and no scale for metres; a model learnt in pixels needs pixels"));
   if (walk_mps > kFastWalk_mps && seen.upper_quartile_mps <= kRunner_mps)
     warnings.push_back(concatenate("people walk at ", walk_mps,
-                                   " m/s here: are the positions feet, or is the frame rate or the clock wrong?"));
+                                   " m/s here: are the positions feet or pixels, or is the frame rate or the clock "
+                                   "wrong? If they are not metres, ",
+                                   remedy));
   return warnings;
 }
 

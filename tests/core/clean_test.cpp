@@ -360,13 +360,15 @@ TEST(UnitWarnings, SeeMetresThatWereTakenAsPixels) {
   const std::vector<Trajectory> tracks(5, straight(0.03, 0.4, 0.1));
   ASSERT_EQ(unit_warnings(tracks, 1.0).size(), 1U);
   EXPECT_TRUE(says(unit_warnings(tracks, 1.0)[0], "are the positions metres"));
+  EXPECT_TRUE(says(unit_warnings(tracks, 1.0)[0], "a model learnt in pixels needs pixels"));
   EXPECT_TRUE(unit_warnings(std::span(tracks).first(4), 1.0).empty());
 }
 
 TEST(UnitWarnings, SeeFeetAndWrongFrameRatesByHowFastPeopleWalk) {
   const std::vector<Trajectory> feet(5, straight(4.3, 0.4, 0.1)), runners(5, straight(2.9, 0.4, 0.1));
   ASSERT_EQ(unit_warnings(feet, 1.0).size(), 1U);
-  EXPECT_TRUE(says(unit_warnings(feet, 1.0)[0], "are the positions feet"));
+  EXPECT_TRUE(says(unit_warnings(feet, 1.0)[0], "are the positions feet or pixels"));
+  EXPECT_TRUE(says(unit_warnings(feet, 1.0)[0], "If they are not metres, give a camera (--camera), metres_per_unit"));
   EXPECT_TRUE(unit_warnings(runners, 1.0).empty());
 }
 
