@@ -128,8 +128,8 @@ class Roller {
         follow(part, successor.transition);
       }
       if (!nexts[b].empty()) continue;
-      list[count] = branches[b];
-      list[count++].left_fields = branches[b].left_fields || has_left(branches[b]);
+      Branch& same = list[count++] = branches[b];
+      same.left_fields |= has_left(same);
     }
     return list.first(count);
   }

@@ -7,7 +7,7 @@
 #include "core/concatenate.hpp"
 #include "core/indices.hpp"
 #include "gp/fuse_gps.hpp"
-#include "overlap.hpp"
+#include "refine/overlap.hpp"
 #include "sila/model/packing.hpp"
 #include "sila/refine/prune.hpp"
 
@@ -30,14 +30,14 @@ struct SubsumptionTable {
 };
 
 /// Adds the pseudo-inputs of `of` that `by` knows and agrees with.
-void add_overlap(SubsumptionTable& table, detail::OverlapIndex& index, const std::vector<Transition>& transitions,
+void add_overlap(SubsumptionTable& table, OverlapIndex& index, const std::vector<Transition>& transitions,
                  std::size_t of, std::size_t by, double agreement) {
   const Eigen::Matrix2Xd& own = index.own_means(of);
   const FlowPosterior& other = index.posterior(by);
   const Eigen::MatrixXd& positions = transitions[of].field.gp.pseudo_inputs;
   for (Eigen::Index m = 0; m < positions.cols(); ++m) {
     const FieldPrediction predicted = other.predict(positions.col(m));
-    if (!detail::knows(other, predicted) || (predicted.mean - own.col(m)).norm() >= agreement) continue;
+    if (!knows(other, predicted) || (predicted.mean - own.col(m)).norm() >= agreement) continue;
     ++table.subsumers[of][static_cast<std::size_t>(m)];
     table.subsumes[by].emplace_back(of, static_cast<std::size_t>(m));
   }
@@ -54,7 +54,7 @@ SubsumptionTable subsumption_table(const Model& model) {
     table.bytes.push_back(static_cast<double>(packed_bytes(transitions[i], entry_of(model.refinement.residuals, i))));
   }
   const double agreement = PruneConfig::agreement_mps / model.settings.reference_width_m;
-  detail::OverlapIndex index(transitions);
+  OverlapIndex index(transitions);
   for (std::size_t of = 0; of < transitions.size(); ++of) {
     for (const std::size_t other : index.candidates(of, 0.0, table.kept)) {
       if (other == of || (apart && !share_a_site(transitions[of].sites, transitions[other].sites))) continue;
@@ -173,7 +173,7 @@ BudgetResult apply_budget(Model model, const ModelBudget& budget) {
     rest.transitions.clear();
     keep_to_bytes(table, model, budget.max_bytes - static_cast<double>(packed_bytes(rest)), report);
   }
-  std::vector<int> kept = detail::remove_transitions(model, table.kept);
+  std::vector<int> kept = remove_transitions(model, table.kept);
   if (model.transitions.empty()) reject(budget, model);
   report.primitives = static_cast<int>(before - model.primitives.size());
   return {std::move(model), report, std::move(kept)};

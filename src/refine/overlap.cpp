@@ -1,11 +1,11 @@
-#include "overlap.hpp"
+#include "refine/overlap.hpp"
 
 #include <cmath>
 
 #include "core/indices.hpp"
 #include "sila/refine/prune.hpp"
 
-namespace sila::detail {
+namespace sila {
 namespace {
 
 Eigen::AlignedBox2d box_of(const FlowField& field) {
@@ -21,14 +21,9 @@ OverlapIndex::OverlapIndex(const std::vector<Transition>& transitions)
   for (const Transition& transition : transitions) boxes_.push_back(box_of(transition.field));
 }
 
-void OverlapIndex::remove(std::size_t transition) {
-  boxes_[transition].setEmpty();
+void OverlapIndex::replace(std::size_t transition) {
   posteriors_[transition].reset();
   means_[transition].reset();
-}
-
-void OverlapIndex::replace(std::size_t transition) {
-  remove(transition);
   boxes_[transition] = box_of(transitions_[transition].field);
 }
 
@@ -116,4 +111,4 @@ std::vector<int> remove_transitions(Model& model, const std::vector<bool>& kept)
   return stay;
 }
 
-}  // namespace sila::detail
+}  // namespace sila

@@ -6,13 +6,13 @@
 #include "gp/flow_posterior.hpp"
 #include "sila/model/model.hpp"
 
-namespace sila::detail {
+namespace sila {
 
 /// Whether a field knows a position, by its prediction there: variance / signal variance is below
 /// PruneConfig::known_ratio.
 bool knows(const FlowPosterior& field, const FieldPrediction& predicted);
 
-/// Finds fields that overlap; posteriors are made when they are first needed. A removed transition is never found.
+/// Finds fields that overlap; posteriors are made when they are first needed.
 class OverlapIndex {
  public:
   /// Keeps the list by reference; its length must not change.
@@ -27,7 +27,6 @@ class OverlapIndex {
   /// Root mean square difference of the fields of `by` and `of` at the pseudo-inputs of `of` that `by` knows
   /// [curb units/s], if it is below `agreement` and `by` knows a share of PruneConfig::agreement_share of them.
   std::optional<double> difference(std::size_t of, std::size_t by, double agreement);
-  void remove(std::size_t transition);
   /// To be called when the field of a transition has changed.
   void replace(std::size_t transition);
 
@@ -35,11 +34,11 @@ class OverlapIndex {
   const std::vector<Transition>& transitions_;
   std::vector<std::optional<FlowPosterior>> posteriors_;
   std::vector<std::optional<Eigen::Matrix2Xd>> means_;
-  std::vector<Eigen::AlignedBox2d> boxes_;  ///< one length scale wider than the data; empty: removed
+  std::vector<Eigen::AlignedBox2d> boxes_;  ///< one length scale wider than the data
 };
 
 /// Removes transitions (`kept[i]` false) with their residual GPs and the primitives that no transition touches.
 /// Returns the primitives that stay, by their old index.
 std::vector<int> remove_transitions(Model& model, const std::vector<bool>& kept);
 
-}  // namespace sila::detail
+}  // namespace sila

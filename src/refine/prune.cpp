@@ -6,7 +6,7 @@
 #include "core/indices.hpp"
 #include "fuse/steps.hpp"
 #include "gp/fuse_gps.hpp"
-#include "overlap.hpp"
+#include "refine/overlap.hpp"
 #include "refine/residual.hpp"
 
 namespace sila {
@@ -17,21 +17,21 @@ struct PruningState {
   Model& model;
   const FuseConfig& fusing;
   const ResidualConfig& residual;
-  detail::OverlapIndex index{model.transitions};
+  OverlapIndex index{model.transitions};
   std::vector<bool> kept = std::vector<bool>(model.transitions.size(), true);
-  /// In this round: the next round compares only pairs with a changed transition.
-  std::vector<bool> changed = std::vector<bool>(model.transitions.size(), false);
+  /// This round compares only pairs with one of these: those that the last round changed, in the first round all.
+  std::vector<bool> compared = kept;
+  std::vector<bool> changed = std::vector<bool>(kept.size(), false);  ///< in this round
 };
 
 /// The transition that subsumes `rare` with the least difference; none if none does. Its count is at least that of
 /// `rare`, with `more_often` greater.
-std::optional<std::size_t> best_subsumer(PruningState& state, std::size_t rare, const std::vector<bool>& compared,
-                                         double agreement, bool more_often) {
+std::optional<std::size_t> best_subsumer(PruningState& state, std::size_t rare, double agreement, bool more_often) {
   const Transition& own = state.model.transitions[rare];
   const bool apart = state.model.sharing == SiteSharing::apart;  // it is subsumed by none of another site
   std::optional<std::size_t> best;
   double least = 0.0;
-  std::vector<bool> eligible = compared[rare] ? state.kept : compared;
+  std::vector<bool> eligible = state.compared[rare] ? state.kept : state.compared;
   eligible[rare] = false;
   for (const std::size_t i : state.index.candidates(rare, PruneConfig::agreement_share, eligible)) {
     const Transition& other = state.model.transitions[i];
@@ -46,9 +46,8 @@ std::optional<std::size_t> best_subsumer(PruningState& state, std::size_t rare, 
 }
 
 /// Merges a transition into its best subsumer; returns whether there is one.
-bool subsume(PruningState& state, std::size_t rare, const std::vector<bool>& compared, double agreement,
-             bool more_often) {
-  const auto into = best_subsumer(state, rare, compared, agreement, more_often);
+bool subsume(PruningState& state, std::size_t rare, double agreement, bool more_often) {
+  const auto into = best_subsumer(state, rare, agreement, more_often);
   if (!into) return false;
   Transition& target = state.model.transitions[*into];
   const Transition& source = state.model.transitions[rare];
@@ -61,8 +60,7 @@ bool subsume(PruningState& state, std::size_t rare, const std::vector<bool>& com
     const GpSource sources[] = {{&residuals[*into]}, {&residuals[rare]}};
     residuals[*into] = fuse_sources(sources, residual_gp_config(state.residual));
   }
-  state.kept[rare] = false;
-  state.index.remove(rare);
+  state.kept[rare] = state.compared[rare] = state.changed[rare] = false;
   state.index.replace(*into);
   state.changed[*into] = true;
   return true;
@@ -74,14 +72,13 @@ int subsume_rare(PruningState& state) {
   const double agreement = PruneConfig::agreement_mps / state.model.settings.reference_width_m;
   std::vector<std::size_t> order = indices(state.model.transitions.size());
   int subsumed = 0;
-  std::vector<bool> compared(order.size(), true);
-  for (; std::find(compared.begin(), compared.end(), true) != compared.end();
-       compared = std::exchange(state.changed, std::vector<bool>(order.size(), false))) {
+  for (; std::ranges::count(state.compared, true) > 0;
+       state.compared = std::exchange(state.changed, std::vector<bool>(order.size(), false))) {
     std::ranges::stable_sort(order, {},
                              [&](std::size_t i) { return state.model.transitions[i].count; });  // the rarest first
     for (const std::size_t rare : order) {
       const bool eligible = state.kept[rare] && state.model.transitions[rare].count <= PruneConfig::max_count;
-      if (eligible && subsume(state, rare, compared, agreement, false)) ++subsumed;
+      if (eligible && subsume(state, rare, agreement, false)) ++subsumed;
     }
   }
   return subsumed;
@@ -92,12 +89,12 @@ int subsume_rare(PruningState& state) {
 int subsume_old(PruningState& state) {
   int subsumed = 0;
   constexpr double any_difference = std::numeric_limits<double>::infinity();
-  const std::vector<bool> all(state.model.transitions.size(), true);
+  state.compared = state.kept;
   for (std::size_t i = 0; i < state.model.transitions.size(); ++i) {
     const Transition& old = state.model.transitions[i];
     if (!state.kept[i] || old.count > PruneConfig::expire_count) continue;
     if (age_episodes(old.sites, state.model.sites) < PruneConfig::expire_after_episodes) continue;
-    if (subsume(state, i, all, any_difference, true)) ++subsumed;
+    if (subsume(state, i, any_difference, true)) ++subsumed;
   }
   return subsumed;
 }
@@ -111,7 +108,7 @@ PruneResult prune(Model model, const PruneConfig& config, const FuseConfig& fusi
   PruneReport report;
   report.subsumed = subsume_rare(state);
   report.subsumed += subsume_old(state);
-  std::vector<int> kept = detail::remove_transitions(model, state.kept);
+  std::vector<int> kept = remove_transitions(model, state.kept);
   report.primitives = static_cast<int>(primitives - model.primitives.size());
   return {std::move(model), report, std::move(kept)};
 }

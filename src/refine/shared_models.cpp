@@ -1,7 +1,7 @@
 #include <set>
 
 #include "core/concatenate.hpp"
-#include "overlap.hpp"
+#include "refine/overlap.hpp"
 #include "sila/model/packing.hpp"
 #include "sila/refine/prune.hpp"
 
@@ -42,7 +42,7 @@ Model k_anonymous(Model model, int min_people) {
   std::vector<bool> kept;
   for (const Transition& transition : model.transitions)
     kept.push_back(transition.support >= min_people && known(transition.from) && known(transition.to));
-  detail::remove_transitions(model, kept);
+  remove_transitions(model, kept);
   // The sums of the path correction and of the places of hazards depend on positions, also where only one person was.
   for (ErrorStatistics& statistics : model.refinement.error_statistics) forget_positions(statistics);
   return model;

@@ -50,7 +50,7 @@ LearnResult increment_of(const Batch& batch, const ModelSettings& settings, cons
   return learn(batch, settings, config.learn, config.residual, config.fuse.sites);
 }
 
-std::vector<EpisodeId> joined(const std::vector<EpisodeId>& a, const std::vector<EpisodeId>& b) {
+std::vector<EpisodeId> union_of(const std::vector<EpisodeId>& a, const std::vector<EpisodeId>& b) {
   std::vector<EpisodeId> all;
   std::ranges::set_union(a, b, std::back_inserter(all));
   return all;
@@ -169,7 +169,7 @@ Episode run_episode(const Model& previous, std::span<const FramedTrajectory> bat
   episode.model.refinement.residual_settings = in_curb_frame.residual_settings;
   episode.model.refinement.prior = previous.refinement.prior;
   BudgetResult within = apply_budget(std::move(episode.model), config.budget);
-  within.model.episode_ids = joined(previous.episode_ids, {id});
+  within.model.episode_ids = union_of(previous.episode_ids, {id});
   EpisodeReport& report = episode.report;
   report.tracks = static_cast<int>(batch.size());
   report.size_before = size(previous);
@@ -195,7 +195,7 @@ FuseResult fuse_models(const Model& previous, const Model& incoming, const FuseC
   set_error_statistics(fused.model, errors_by_site(previous), errors_by_site(incoming),
                        std::numeric_limits<double>::infinity());
   fused.model.refinement.prior = common_prior(previous, incoming);
-  fused.model.episode_ids = joined(previous.episode_ids, incoming.episode_ids);
+  fused.model.episode_ids = union_of(previous.episode_ids, incoming.episode_ids);
   return fused;
 }
 

@@ -22,7 +22,6 @@ struct Plan {
   std::vector<FleetTask> tasks;
   std::map<std::pair<FleetStep, std::vector<int>>, int> combined;
 };
-using Inputs = std::span<const FleetValue* const>;
 
 int add_task(Plan& plan, FleetTask task) {
   plan.tasks.push_back(std::move(task));
@@ -265,7 +264,8 @@ std::vector<FleetTask> plan_fleet(int partitions, bool goes_on, const EpisodeCon
   return std::move(plan.tasks);
 }
 
-FleetValue run_task(FleetStep step, const Partition& partition, Inputs inputs, const EpisodeConfig& config) {
+FleetValue run_task(FleetStep step, const Partition& partition, std::span<const FleetValue* const> inputs,
+                    const EpisodeConfig& config) {
   const auto input = [&](std::size_t i) -> const FleetValue& {
     if (i >= inputs.size()) throw invalid_argument("run_task: inputs = ", inputs.size(), ", too few");
     return *inputs[i];
