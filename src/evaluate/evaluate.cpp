@@ -81,7 +81,6 @@ bool is_moving(const Window& window, const EpisodeConfig& config, const Evaluate
   return (window.past_m.back() - window.past_m.front()).norm() >= share * kMoving_m;
 }
 
-/// The first `count` references.
 ReferencesByMotion references_on(std::span<const Window> windows, const EpisodeConfig& config,
                                  const EvaluateConfig& evaluate_config, std::size_t count) {
   std::array<std::vector<const Window*>, 2> by_motion;

@@ -59,20 +59,20 @@ std::vector<Transition> fit_transitions(const ObservedTransitions& observed, con
   return transitions;
 }
 
-/// The numbers of the tracks of each site, in the order of the first tracks of the sites.
-std::vector<std::vector<std::size_t>> numbers_by_site(std::span<const CurbTrajectory> tracks) {
+/// The indices of the tracks of each site, in the order of the first tracks of the sites.
+std::vector<std::vector<std::size_t>> indices_by_site(std::span<const CurbTrajectory> tracks) {
   std::vector<Site> sites;
-  std::vector<std::vector<std::size_t>> numbers;
+  std::vector<std::vector<std::size_t>> track_indices;
   for (std::size_t i = 0; i < tracks.size(); ++i) {
     const auto site = static_cast<std::size_t>(find_or_add_site(sites, tracks[i].frame));
-    numbers.resize(sites.size());
-    numbers[site].push_back(i);
+    track_indices.resize(sites.size());
+    track_indices[site].push_back(i);
   }
-  return numbers;
+  return track_indices;
 }
 
 /// Adds the increment of a further site without fusing.
-void append(LearnResult& all, LearnResult more, const std::vector<std::size_t>& numbers) {
+void append(LearnResult& all, LearnResult more, const std::vector<std::size_t>& track_indices) {
   Model& model = all.increment.model;
   const auto shift = static_cast<int>(model.primitives.size()), site = static_cast<int>(model.sites.size());
   for (Transition& transition : more.increment.model.transitions) {
@@ -81,9 +81,9 @@ void append(LearnResult& all, LearnResult more, const std::vector<std::size_t>& 
     for (SiteCount& part : transition.sites) part.site += site;
     model.transitions.push_back(std::move(transition));
   }
-  for (std::size_t i = 0; i < numbers.size(); ++i) {
+  for (std::size_t i = 0; i < track_indices.size(); ++i) {
     for (Segment& run : more.segments[i]) run.primitive += shift;
-    all.segments[numbers[i]] = std::move(more.segments[i]);
+    all.segments[track_indices[i]] = std::move(more.segments[i]);
   }
   std::ranges::move(more.increment.model.primitives, std::back_inserter(model.primitives));
   std::ranges::move(more.increment.model.sites, std::back_inserter(model.sites));
@@ -167,10 +167,10 @@ LearnResult learn(std::span<const CurbTrajectory> tracks, const ModelSettings& s
   all.increment.model.settings = settings;
   all.increment.model.episodes = 1;
   all.segments.resize(tracks.size());
-  for (const std::vector<std::size_t>& numbers : numbers_by_site(tracks)) {
+  for (const std::vector<std::size_t>& track_indices : indices_by_site(tracks)) {
     std::vector<CurbTrajectory> of_site;
-    for (const std::size_t number : numbers) of_site.push_back(tracks[number]);
-    append(all, learn_together(of_site, settings, config), numbers);
+    for (const std::size_t i : track_indices) of_site.push_back(tracks[i]);
+    append(all, learn_together(of_site, settings, config), track_indices);
   }
   return all;
 }

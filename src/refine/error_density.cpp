@@ -92,7 +92,7 @@ ErrorDensity::ErrorDensity(const DensityMoments& moments, int steps, double inte
     matrix(0, 0) += 1e-3;
     coefficients_ = matrix.ldlt().solve(moments.scale.products);
     if (!coefficients_.allFinite()) coefficients_.setZero();
-    coefficients_.row(0).setZero();  // the components have the level of each step
+    coefficients_.row(0).setZero();  // no intercept: the components have the scale of each step
     mean_ = moments.scale.features.col(0) / moments.scale.weight;
     sum = moments.scale.features(kMeanSpeed, 0);
     squares = moments.scale.features(kMeanSpeed, kMeanSpeed);

@@ -12,8 +12,8 @@ namespace {
 
 /// Added to speeds and times before their logarithm is taken.
 constexpr double kLeastSpeed_mps = 0.05, kLeastStill_s = 0.3;
-/// Ridge towards the coefficients to begin with. It is weaker for the level, which differs most from place to place.
-constexpr double kHazardRidge = 10.0, kLevelRidge = 3.0;
+/// Ridge towards the coefficients to begin with. It is weaker for the intercept, which differs most between sites.
+constexpr double kHazardRidge = 10.0, kInterceptRidge = 3.0;
 /// Newton steps of an episode. With one the first episodes stay near the coefficients to begin with (decision 0134).
 constexpr int kNewtonSteps = 2;
 constexpr double kNominalInterval_s = 0.2;
@@ -53,7 +53,7 @@ double limited(double log_odds) {
   return std::clamp(log_odds, -8.0, 4.0);
 }
 
-double hazard(double log_odds) {
+double logistic(double log_odds) {
   return 1.0 / (1.0 + std::exp(-log_odds));
 }
 
@@ -94,7 +94,7 @@ MotionChange::MotionChange(const RegressionMoments& moments, std::size_t state, 
   std::ranges::copy(state == kStanding ? kStarting : kStopping, coefficients_.begin());
   coefficients_(0) += std::log(interval_s / kNominalInterval_s);
   HazardFeatures ridge = HazardFeatures::Constant(kHazardRidge);
-  ridge(0) = kLevelRidge;
+  ridge(0) = kInterceptRidge;
   known_ = {0.0, ridge.asDiagonal(), ridge.cwiseProduct(coefficients_)};
   if (moments.weight <= 0.0) return;
   add_sums(known_, moments);
@@ -115,7 +115,7 @@ void MotionChange::probabilities(const HazardFeatures& features, std::span<doubl
   const Eigen::Vector3d log_odds = by_power(features).transpose() * coefficients_;
   double unchanged = 1.0;
   for (std::size_t j = 0; j < by_step.size(); ++j) {
-    unchanged *= 1.0 - hazard(limited(log_odds.dot(powers_of(j))));
+    unchanged *= 1.0 - logistic(limited(log_odds.dot(powers_of(j))));
     by_step[j] = 1.0 - unchanged;
   }
 }
@@ -146,7 +146,7 @@ void MotionChange::add_window(RegressionMoments& moments, const ChangeWindow& wi
   for (std::size_t j = 0; j < std::min(steps, change.value_or(steps) + 1); ++j) {
     const Eigen::Vector3d powers = powers_of(j);
     const double log_odds = limited(log_odds_by_power.dot(powers));
-    const double p = hazard(log_odds), error = (change == j ? 1.0 : 0.0) - p;
+    const double p = logistic(log_odds), error = (change == j ? 1.0 : 0.0) - p;
     const double weight = std::max(p * (1.0 - p), std::abs(error) / kLongestStep);
     moments.weight += 1.0;
     information += weight * powers * powers.transpose();

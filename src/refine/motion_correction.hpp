@@ -41,7 +41,6 @@ class MotionRegression {
   Eigen::Matrix<double, kCorrectionKnots, Eigen::Dynamic> along_, to_left_;  ///< empty before anything was learnt
 };
 
-/// Adds a window.
 void add_window(MotionMoments& moments, const MotionInput& input, const KnotErrors& errors);
 
 /// Predicts the error that stacking leaves from the motion of a person and of companions, independent of the place: a

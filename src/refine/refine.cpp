@@ -30,29 +30,28 @@ std::size_t sample_at(const CurbTrajectory& track, double time_s) {
 }
 
 /// States to residuals. Shapes: 6 x m, m x 2 per knot.
-GpData stacked(const std::vector<const ResidualSample*>& examples) {
-  const auto count = static_cast<Eigen::Index>(examples.size());
-  GpData samples{Eigen::MatrixXd(kResidualInputs, count), Eigen::MatrixXd(count, examples.front()->residuals.size())};
+GpData data_of(const std::vector<const ResidualSample*>& samples) {
+  const auto count = static_cast<Eigen::Index>(samples.size());
+  GpData data{Eigen::MatrixXd(kResidualInputs, count), Eigen::MatrixXd(count, samples.front()->residuals.size())};
   for (Eigen::Index i = 0; i < count; ++i) {
-    samples.inputs.col(i) = examples[static_cast<std::size_t>(i)]->state;
-    samples.outputs.row(i) = examples[static_cast<std::size_t>(i)]->residuals.transpose();
+    data.inputs.col(i) = samples[static_cast<std::size_t>(i)]->state;
+    data.outputs.row(i) = samples[static_cast<std::size_t>(i)]->residuals.transpose();
   }
-  return samples;
+  return data;
 }
 
-/// The samples of each transition: those of the moments at which a pedestrian was in its first primitive and went on to
-/// its second (or had come from the first, if the track ends in the second). Tracks without segments give none.
-std::map<TransitionKey, GpData> residual_samples_of(const Batch& batch,
-                                                    std::span<const std::vector<Segment>> segments) {
-  std::map<TransitionKey, std::vector<const ResidualSample*>> examples;
+/// The data of each transition: the samples of the moments at which a pedestrian was in its first primitive and went on
+/// to its second (or had come from the first, if the track ends in the second). Tracks without segments give none.
+std::map<TransitionKey, GpData> residual_data_of(const Batch& batch, std::span<const std::vector<Segment>> segments) {
+  std::map<TransitionKey, std::vector<const ResidualSample*>> samples;
   for (std::size_t i = 0; i < batch.residuals.size(); ++i) {
     if (segments[i].empty()) continue;
-    for (const ResidualSample& example : batch.residuals[i])
-      examples[key_at(segments[i], sample_at(batch.tracks[i], example.t0_s))].push_back(&example);
+    for (const ResidualSample& sample : batch.residuals[i])
+      samples[key_at(segments[i], sample_at(batch.tracks[i], sample.t0_s))].push_back(&sample);
   }
-  std::map<TransitionKey, GpData> samples;
-  for (const auto& [key, list] : examples) samples[key] = stacked(list);
-  return samples;
+  std::map<TransitionKey, GpData> data;
+  for (const auto& [key, list] : samples) data[key] = data_of(list);
+  return data;
 }
 
 FuseResult with_residuals(FuseResult fused, const Model& previous, const Increment& incoming,
@@ -81,10 +80,10 @@ LearnResult with_residuals(LearnResult learnt, const Batch& batch, const Residua
   refinement.residuals.resize(model.transitions.size());
   increment.residual_samples.resize(model.transitions.size());
   const Hyperparameters hyperparameters = residual_hyperparameters(model.settings, config);
-  std::map<TransitionKey, GpData> samples = residual_samples_of(batch, learnt.segments);
+  std::map<TransitionKey, GpData> data = residual_data_of(batch, learnt.segments);
   tbb::parallel_for(std::size_t{0}, model.transitions.size(), [&](std::size_t i) {
-    const auto found = samples.find({model.transitions[i].from, model.transitions[i].to});
-    if (found == samples.end()) return;
+    const auto found = data.find({model.transitions[i].from, model.transitions[i].to});
+    if (found == data.end()) return;
     refinement.residuals[i] = fit_sparse_gp(found->second, hyperparameters, residual_gp_config(config));
     increment.residual_samples[i] = std::move(found->second);
   });

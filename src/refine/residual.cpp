@@ -39,16 +39,16 @@ std::optional<ResidualSample> residual_sample(const CurbTrajectory& observed, st
   const double seen_s = static_cast<double>(future_m.size()) * interval_s;
   if (future_m.empty() || seen_s < ResidualConfig::min_seen_share * settings.horizon_s - 1e-9) return std::nullopt;
   const Eigen::Index outputs = 2 * settings.knots;
-  ResidualSample example{observed.times_s.back(), residual_input(observed), Eigen::VectorXd(outputs)};
+  ResidualSample sample{observed.times_s.back(), residual_input(observed), Eigen::VectorXd(outputs)};
   const Vector2 constant = mean_velocity(observed, kConstantVelocityWindow_s);
   for (int knot = 0; knot < settings.knots; ++knot) {
     const double due_s = (knot + 1) * settings.horizon_s / settings.knots;
     const auto steps = std::clamp<long>(std::lround(due_s / interval_s), 1, static_cast<long>(future_m.size()));
     const Vector2 way =
         to_curb(observed.frame, future_m[static_cast<std::size_t>(steps - 1)]) - observed.positions.back();
-    example.residuals.segment<2>(2 * knot) = way / (static_cast<double>(steps) * interval_s) - constant;
+    sample.residuals.segment<2>(2 * knot) = way / (static_cast<double>(steps) * interval_s) - constant;
   }
-  return example;
+  return sample;
 }
 
 Hyperparameters residual_hyperparameters(const ModelSettings& settings, const ResidualConfig& config) {

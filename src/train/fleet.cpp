@@ -52,7 +52,6 @@ int with_start(Plan& plan, bool goes_on, int model) {
   return model == kFleetNothing ? kFleetStart : combine(plan, FleetStep::fuse, kFleetStart, model);
 }
 
-/// All values but one.
 std::vector<int> others(std::span<const int> values, std::size_t left_out) {
   std::vector<int> rest(values.begin(), values.end());
   rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(left_out));
