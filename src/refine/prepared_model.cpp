@@ -187,25 +187,12 @@ const Prediction& PreparedModel::predict(const CurbTrajectory& observed, const M
   describe_person(prediction, observed, seen);
   prediction.novelty = calibration.novelty(merged.raw_novelty);
   prediction.fallback = merged.rollouts.empty() || !seen.uses_residuals;
-  const Vector2 to_horizon = velocity_mps(stacking, seen, seen.residuals, stacking.last_step(), interval_s_);
-  const VelocityCorrection correction = stacking.corrections(observed, seen, to_horizon).total;
   if (!stacking.fitted()) {
-    prediction.regions.clear();
-    prediction.change_probabilities.clear();
-    // Before errors are known the residual GPs alone are better than constant velocity.
-    if (prediction.fallback) {
-      Mode& mode = add_mode(workspace, 1.0);
-      fill_path(mode, stacking, seen, seen.residuals, correction, prediction.start_m, interval_s_);
-      for (std::size_t j = 0; j < steps; ++j) {
-        const double spread_m = kConstantVelocitySpread_mps * static_cast<double>(j + 1) * interval_s_;
-        mode.covariances_m2[j] = Matrix2::Identity() * spread_m * spread_m;
-      }
-    } else {
-      add_rollout_modes(fields_, merged.rollouts, observed, interval_s_, workspace);
-      widen_to_least_error(prediction.modes);
-    }
+    add_unfitted_modes(observed, merged, workspace);
     return prediction;
   }
+  const Vector2 to_horizon = velocity_mps(stacking, seen, seen.residuals, stacking.last_step(), interval_s_);
+  const VelocityCorrection correction = stacking.corrections(observed, seen, to_horizon).total;
   const HazardFeatures hazard = hazard_features(seen.kinematics.leftCols<4>(), to_horizon, mean_speed_mps(observed),
                                                 observed.still_s, position_at_corner_m(observed));
   add_stacked_modes(merged, hazard, correction, workspace);
@@ -214,6 +201,24 @@ const Prediction& PreparedModel::predict(const CurbTrajectory& observed, const M
   prediction.change_probabilities.resize(steps);
   stacking.change(motion_state(seen.person.speed)).probabilities(hazard, prediction.change_probabilities);
   return prediction;
+}
+
+void PreparedModel::add_unfitted_modes(const CurbTrajectory& observed, const MergedRollouts& merged,
+                                       Workspace& workspace) const {
+  Prediction& prediction = workspace.prediction;
+  prediction.regions.clear();
+  prediction.change_probabilities.clear();
+  if (!prediction.fallback) {
+    add_rollout_modes(fields_, merged.rollouts, observed, interval_s_, workspace);
+    return widen_to_least_error(prediction.modes);
+  }
+  Mode& mode = add_mode(workspace, 1.0);
+  const ObservedFeatures& seen = merged.seen;
+  fill_path(mode, fitted(seen.site).stacking, seen, seen.residuals, {}, prediction.start_m, interval_s_);
+  for (std::size_t j = 0; j < mode.covariances_m2.size(); ++j) {
+    const double spread_m = kConstantVelocitySpread_mps * static_cast<double>(j + 1) * interval_s_;
+    mode.covariances_m2[j] = Matrix2::Identity() * spread_m * spread_m;
+  }
 }
 
 void PreparedModel::add_stacked_modes(const MergedRollouts& merged, const HazardFeatures& hazard,

@@ -53,6 +53,9 @@ class PreparedModel {
   const Fitted& fitted(std::optional<int> site) const {
     return site ? by_site_[static_cast<std::size_t>(*site)] : untrained_;
   }
+  /// Before errors are known: the paper's modes; without roll-outs the residual GPs alone, which are better than
+  /// constant velocity.
+  void add_unfitted_modes(const CurbTrajectory& observed, const MergedRollouts& merged, Workspace& workspace) const;
   void add_stacked_modes(const MergedRollouts& merged, const HazardFeatures& hazard,
                          const VelocityCorrection& correction, Workspace& workspace) const;
   Fitted fitted_to(const ErrorStatistics& error_statistics) const;
