@@ -48,6 +48,21 @@ double mean_nearest_m(std::span<const Vector2> from, std::span<const Vector2> to
   return sum / static_cast<double>(from.size());
 }
 
+/// For each region 1 if it covers a point; without regions those of a Gaussian.
+decltype(Metrics::coverage) coverage_of(const Prediction& prediction, std::size_t step, const Vector2& point_m) {
+  const std::vector<Region>& regions = prediction.regions;
+  if (!regions.empty() && !std::ranges::equal(regions, kRegionProbabilities, {}, &Region::probability))
+    throw invalid_argument("measure: regions must be none, or have the probabilities ",
+                           joined(kRegionProbabilities, ", ", [](double p) { return concatenate(p); }));
+  const double score = nonconformity(prediction, step, point_m);
+  decltype(Metrics::coverage) coverage = {};
+  for (std::size_t p = 0; p < coverage.size(); ++p) {
+    const double level = regions.empty() ? -std::log1p(-kRegionProbabilities[p]) : regions[p].levels[step];
+    coverage[p] = score <= level ? 1.0 : 0.0;
+  }
+  return coverage;
+}
+
 }  // namespace
 
 Metrics measure(const Prediction& prediction, std::span<const Vector2> truth_m, std::size_t steps) {
@@ -82,12 +97,7 @@ Metrics measure(const Prediction& prediction, std::span<const Vector2> truth_m, 
     const double log_density = std::log(unnormalised_density(prediction, j, truth[j]));
     metrics.nll += (std::log(2.0 * std::numbers::pi) - log_density) / static_cast<double>(steps);
   }
-  const double score = nonconformity(prediction, steps - 1, truth.back());
-  for (std::size_t p = 0; p < metrics.coverage.size(); ++p) {
-    const double level =
-        prediction.regions.empty() ? -std::log1p(-kRegionProbabilities[p]) : prediction.regions[p].levels[steps - 1];
-    metrics.coverage[p] = score <= level ? 1.0 : 0.0;
-  }
+  metrics.coverage = coverage_of(prediction, steps - 1, truth.back());
   return metrics;
 }
 

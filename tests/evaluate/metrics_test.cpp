@@ -74,6 +74,12 @@ TEST(Metrics, RejectATruthThatIsTooShort) {
   EXPECT_THROW(measure(prediction_of({{1.0, 0.0}}), Path(10, Vector2::Zero()), 25), std::invalid_argument);
 }
 
+TEST(Metrics, RejectRegionsOfOtherProbabilities) {
+  Prediction prediction = prediction_of({{1.0, 0.0}});
+  prediction.regions = {{0.25, std::vector<double>(25, 1.0)}};
+  EXPECT_THROW(measure(prediction, line_at(0.0), 25), std::invalid_argument);
+}
+
 TEST(Metrics, RejectAModeThatIsTooShort) {
   Prediction prediction = prediction_of({{0.75, 0.0}, {0.25, 2.0}});
   EXPECT_THROW(mean_path(prediction, 26), std::invalid_argument);

@@ -45,7 +45,8 @@ inline constexpr std::pair<const char*, double Metrics::*> kMetrics[] = {
     {"nll", &Metrics::nll},
 };
 
-/// The errors over the first `steps` positions. Throws: std::invalid_argument if the truth or a mode is shorter.
+/// The errors over the first `steps` positions. Throws: std::invalid_argument if the truth or a mode is shorter, or
+/// for regions of other probabilities than kRegionProbabilities.
 Metrics measure(const Prediction& prediction, std::span<const Vector2> truth_m, std::size_t steps);
 
 Metrics operator+(const Metrics& a, const Metrics& b);
