@@ -144,12 +144,22 @@ void add_changes_and_outcomes(Evaluation& evaluation) {
   }
 }
 
+/// Steps are compared by their number. Times in lines are rounded.
+void require_interval(const Prediction& prediction, double interval_s) {
+  if (prediction.times_s.empty()) return;
+  const double found_s = prediction.times_s.back() / static_cast<double>(prediction.times_s.size());
+  if (std::abs(found_s - interval_s) <= 0.1 * interval_s) return;
+  throw invalid_argument("evaluate: a prediction has steps of ", found_s,
+                         " s, those of sampling.interval_s = ", interval_s, " s are needed");
+}
+
 }  // namespace
 
 WindowScore score_window(const Prediction& prediction, const Window& window,
                          std::span<const LinearReference> references, const EpisodeConfig& config,
                          const EvaluateConfig& evaluate_config) {
   const double interval_s = config.sampling.interval_s;
+  require_interval(prediction, interval_s);
   WindowScore score;
   score.moving = is_moving(window, config, evaluate_config);
   score.turning = score.moving && heading_change_rad(whole_path(window), interval_s) > evaluate_config.turning_rad;

@@ -60,6 +60,18 @@ TEST(RecordedPredictions, WindowsWithoutOneAreLeftOut) {
   EXPECT_EQ(none.groups.front().windows, 0u);
 }
 
+TEST(RecordedPredictions, OfOtherStepsAreRejected) {
+  const auto score_steps_of = [](double interval_s) {
+    const auto forecast = [&](const CurbTrajectory&) {
+      const LinearReference reference = unfitted_reference(Reference::stays, 50, interval_s);
+      return reference.predict(std::vector<Vector2>(2, Vector2::Zero()), interval_s);
+    };
+    evaluate_forecast(forecast, testing::corner_walks(3, 4), EpisodeConfig{}, EvaluateConfig{});
+  };
+  EXPECT_NO_THROW(score_steps_of(0.2));
+  EXPECT_TRUE(says(message_of<std::invalid_argument>([&] { score_steps_of(0.1); }), "steps of 0.1 s"));
+}
+
 TEST(RecordedPredictions, ThoseWithoutASampleOfTheirTrackAreCounted) {
   FramedTrajectory placed;
   placed.track = {"17#2", {1.0, 2.0}, {Vector2(0.0, 0.0), Vector2(1.0, 0.0)}};

@@ -93,7 +93,7 @@ Evaluation evaluate(const Model& model, std::span<const FramedTrajectory> tracks
 
 /// Scores one prediction against the recorded future, beside references of which the first is constant velocity;
 /// without knowledge of a covered area. Throws: std::invalid_argument if the future or the prediction is shorter than
-/// the horizon.
+/// the horizon, or the prediction has other steps than `sampling.interval_s`.
 WindowScore score_window(const Prediction& prediction, const Window& window,
                          std::span<const LinearReference> references, const EpisodeConfig& config,
                          const EvaluateConfig& evaluate_config);
