@@ -43,6 +43,7 @@ export const tryTests: BrowserTest[] = [
     assert.deepEqual(await drawn(), before);
     await pedestrian.focus();
     for (let k = 0; k < 8; ++k) await page.keyboard.press("ArrowUp");
+    await page.evaluate(() => new Promise(requestAnimationFrame)); // the page draws once in each frame
     assert.ok((await mouseAt())[1] < y - 20);
     assert.match(await text(page, "#try-readout"), /^\d+ modes, the most likely with a weight of \d+ %\. /);
     await page.locator("#try .toggle", { hasText: "Regions" }).locator("input").uncheck();
