@@ -107,7 +107,6 @@ std::vector<double> walking_speeds(std::span<const Trajectory> tracks) {
 }
 
 std::string gap_setting(std::span<const Trajectory> tracks, double max_gap_s) {
-  constexpr double largest_s = 60.0;  // of the setting
   std::vector<double> gaps_s;
   for (const Trajectory& track : tracks) {
     for (std::size_t i = 1; i < track.times_s.size(); ++i) {
@@ -116,7 +115,8 @@ std::string gap_setting(std::span<const Trajectory> tracks, double max_gap_s) {
     }
   }
   const double value_s = std::ceil(2.0 * quantile(std::move(gaps_s), 0.5));
-  return value_s > max_gap_s && value_s <= largest_s ? concatenate("clean.max_gap_s=", value_s) : "clean.max_gap_s";
+  const bool in_range = value_s > max_gap_s && value_s <= CleanConfig::largest_max_gap_s;
+  return in_range ? concatenate("clean.max_gap_s=", value_s) : "clean.max_gap_s";
 }
 
 std::vector<std::string> unit_warnings(std::span<const Trajectory> tracks, double max_gap_s, bool live) {

@@ -14,6 +14,7 @@ namespace sila {
 /// How rows become trajectories.
 struct CleanConfig {
   double max_gap_s = 1.0;
+  static constexpr double largest_max_gap_s = 60.0;
   double max_speed_mps = 12.0;
   /// Noise that is allowed on top of max_speed_mps, and between samples of the same time stamp [m].
   static constexpr double jump_tolerance_m = 0.5;
@@ -26,7 +27,7 @@ struct CleanConfig {
 };
 
 void fields(MaybeConst<CleanConfig> auto& config, auto&& visit) {
-  visit.number("max_gap_s", config.max_gap_s, Range{0.0, 60.0, true}, "s",
+  visit.number("max_gap_s", config.max_gap_s, Range{0.0, CleanConfig::largest_max_gap_s, true}, "s",
                "a gap longer than this, plus a fifth of the interval before it (at most of this), splits a track");
   visit.number("max_speed_mps", config.max_speed_mps, Range{0.0, 100.0, true}, "m/s",
                "a faster jump is a re-used id (the track is split) or an outlier (the sample is dropped)");
